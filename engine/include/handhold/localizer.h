@@ -1,0 +1,40 @@
+// Algorithm 1 of the paper: from a cloud to handles.
+#pragma once
+
+#include <memory>
+
+#include "handhold/cloud.h"
+#include "handhold/options.h"
+#include "handhold/result.h"
+
+namespace handhold {
+
+/// Finds the graspable parts of a cloud. Holds the options and scratch memory that is reused from frame to frame.
+///
+/// One localizer serves one frame at a time (calls must not overlap); several localizers may run at once. Work runs in
+/// the TBB arena of the caller, or in an arena of Options::threads. The same cloud, options and seed give the same
+/// result for any number of threads (times excepted). Nothing is printed.
+class Localizer {
+ public:
+  /// @throws OptionError for an option that is out of range
+  explicit Localizer(const Options& options = {});
+  ~Localizer();
+  Localizer(Localizer&&) noexcept;
+  Localizer& operator=(Localizer&&) noexcept;
+
+  /// Searches a cloud. A cloud in which nothing can be found is no error: Result::status says why.
+  /// @throws std::invalid_argument for a view that contradicts itself (null data, bad point_step)
+  Result localize(const CloudView& cloud);
+  /// The same into a result that is reused.
+  void localize(const CloudView& cloud, Result& result);
+
+  const Options& options() const;
+  /// Instruction set of the kernels in use: "scalar", "avx2", "avx512" or "neon".
+  static const char* isa();
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace handhold

@@ -1,0 +1,88 @@
+// What the localizer found, why it did not find more, and how long each step took.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <string_view>
+#include <vector>
+
+#include "handhold/cloud.h"
+
+namespace handhold {
+
+/// How a frame went. Everything but kOk means that there are no handles and says why.
+enum class Status {
+  kOk,                ///< the cloud was searched; there may still be no handles
+  kEmpty,             ///< the cloud has no points
+  kNoFinitePoints,    ///< every point has a coordinate that is NaN or infinite
+  kTooFewPoints,      ///< fewer finite points than one fit needs (Options::min_neighbours)
+  kSuspiciousUnits,   ///< the cloud is over a kilometre wide: probably millimetres
+};
+/// "ok", "empty", "no_finite_points", "too_few_points", "suspicious_units"
+std::string_view to_string(Status);
+
+/// One cylindrical shell that satisfies the conditions of an enveloping grasp (paper, section 3).
+struct Affordance {
+  Vector3 center;            ///< m; point of the axis at the sample's height
+  Vector3 axis;              ///< unit; direction of least curvature; largest component positive
+  Vector3 normal;            ///< unit; outward, towards the sensor's side
+  double radius = 0;         ///< m; of the fitted circle
+  double shell_radius = 0;   ///< m; inner radius of the shell found
+  double gap = 0;            ///< m; free width found outside shell_radius, at least Options::finger_thickness
+  double curvature = 0;      ///< 1/m; median of the largest absolute curvature over the neighbourhood
+  std::uint32_t sample = 0;  ///< index of the sample it came from
+};
+
+/// A contiguous run of aligned affordances: one graspable part.
+struct Handle {
+  Vector3 center;            ///< m; middle of the extent on the axis
+  Vector3 axis;              ///< unit; largest component positive
+  Vector3 approach;          ///< unit; direction in which a hand moves towards the part
+  double radius = 0;         ///< m
+  double length = 0;         ///< m; extent along the axis
+  double confidence = 0;     ///< 0..1; from the number of affordances and the length; not calibrated
+  std::vector<std::uint32_t> affordances;  ///< indices into Result::affordances, ascending
+};
+
+/// How many samples ended at each step, in the order of the steps. The counts add up to `samples`.
+struct Funnel {
+  std::int64_t samples = 0;           ///< neighbourhoods looked at
+  std::int64_t too_few_points = 0;    ///< fewer neighbours than Options::min_neighbours
+  std::int64_t flat = 0;              ///< points on a plane, a line or in one place: no quadric
+  std::int64_t curvature_low = 0;     ///< radius of curvature beyond Options::reach
+  std::int64_t circle_wide = 0;       ///< fitted circle wider than the hand's aperture
+  std::int64_t circle_narrow = 0;     ///< fitted circle narrower than the hand's minimum opening
+  std::int64_t no_gap = 0;            ///< no shell with an empty gap for the fingers
+  std::int64_t shell_empty = 0;       ///< a gap, but too few points within the shell
+  std::int64_t affordances = 0;       ///< samples that gave an affordance
+  // Of the affordances:
+  std::int64_t not_aligned = 0;       ///< in no group of Options::handle_min_affordances aligned ones
+  std::int64_t too_short = 0;         ///< in a group shorter than Options::handle_min_length
+  std::int64_t low_confidence = 0;    ///< in a handle below Options::min_confidence
+  std::int64_t in_handles = 0;        ///< in a reported handle
+};
+
+/// Wall-clock time of each step of one frame (ms). Steps that run in parallel are measured as their share of the
+/// parallel section: the sum of the stages is `total`.
+struct StageTimes {
+  double index = 0;       ///< tiles and BVH or grid
+  double samples = 0;     ///< drawing, snapping, sorting and grouping of samples
+  double neighbours = 0;  ///< queries and culling
+  double moments = 0;
+  double fit = 0;         ///< Taubin, curvature, circle
+  double shell = 0;
+  double handles = 0;
+  double total = 0;
+};
+
+struct Result {
+  Status status = Status::kOk;
+  std::size_t points = 0;           ///< of the cloud
+  std::size_t finite_points = 0;
+  std::vector<Handle> handles;      ///< best confidence first
+  std::vector<Affordance> affordances;  ///< in the order of their samples
+  Funnel funnel;
+  StageTimes times_ms;
+};
+
+}  // namespace handhold
