@@ -1,0 +1,151 @@
+// Single options from text, and names for messages.
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <type_traits>
+
+#include "handhold/config.h"
+
+namespace handhold {
+namespace {
+
+constexpr std::string_view kBlanks = " \t\n\r,";
+
+std::string_view trimmed(std::string_view text) {
+  const std::size_t begin = text.find_first_not_of(kBlanks);
+  if (begin == std::string_view::npos) return {};
+  return text.substr(begin, text.find_last_not_of(kBlanks) - begin + 1);
+}
+
+[[noreturn]] void fail(std::string_view name, std::string_view text, const std::string& right) {
+  throw OptionError(std::string(name) + " = '" + std::string(text) + "': must be " + right);
+}
+
+struct FromText {
+  std::string_view name;
+  std::string_view text;
+
+  template <class T>
+  std::enable_if_t<std::is_integral_v<T>> operator()(T& field) const {
+    const std::string_view digits = trimmed(text);
+    T value{};
+    const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), value);
+    // A negative number for an unsigned field, and one with too many digits, are numbers all the same: say the limits.
+    if (digits.empty() || error != std::errc() || end != digits.data() + digits.size()) {
+      fail(name, text,
+           "a whole number from " + std::to_string(std::numeric_limits<T>::min()) + " to " +
+               std::to_string(std::numeric_limits<T>::max()));
+    }
+    field = value;
+  }
+
+  void operator()(double& field) const {
+    const std::vector<double> values = parse_numbers(name, text);
+    if (values.size() != 1) fail(name, text, "one number");
+    field = values[0];
+  }
+
+  void operator()(std::vector<double>& field) const { field = parse_numbers(name, text); }
+
+  void operator()(std::array<double, 6>& field) const {
+    const std::vector<double> values = parse_numbers(name, text);
+    if (values.size() != 6) fail(name, text, "six numbers: XMIN XMAX YMIN YMAX ZMIN ZMAX");
+    std::copy(values.begin(), values.end(), field.begin());
+  }
+
+  template <class T>
+  void operator()(std::optional<T>& field) const {
+    if (trimmed(text) == "default") {
+      field.reset();
+      return;
+    }
+    T value{};
+    (*this)(value);
+    field = value;
+  }
+
+  template <class T>
+  std::enable_if_t<std::is_enum_v<T>> operator()(T& field) const {
+    from_string(trimmed(text), field);
+  }
+};
+
+/// Edits (insert, delete, replace, swap of neighbours) that turn a into b.
+std::size_t edit_distance(std::string_view a, std::string_view b) {
+  std::vector<std::size_t> before(b.size() + 1), last(b.size() + 1), row(b.size() + 1);
+  for (std::size_t j = 0; j <= b.size(); ++j) last[j] = j;
+  for (std::size_t i = 1; i <= a.size(); ++i) {
+    row[0] = i;
+    for (std::size_t j = 1; j <= b.size(); ++j) {
+      row[j] = std::min({last[j] + 1, row[j - 1] + 1, last[j - 1] + (a[i - 1] == b[j - 1] ? 0 : 1)});
+      if (i > 1 && j > 1 && a[i - 1] == b[j - 2] && a[i - 2] == b[j - 1]) row[j] = std::min(row[j], before[j - 2] + 1);
+    }
+    before.swap(last);
+    last.swap(row);
+  }
+  return last[b.size()];
+}
+
+}  // namespace
+
+std::vector<double> parse_numbers(std::string_view name, std::string_view text) {
+  std::vector<double> values;
+  std::string_view rest = trimmed(text);
+  while (!rest.empty()) {
+    const std::string_view word = rest.substr(0, rest.find_first_of(kBlanks));
+    const std::string_view digits = word.substr(word[0] == '+' && word.size() > 1 && word[1] != '-' ? 1 : 0);
+    double value = 0;
+    // from_chars, because strtod reads "0,08" in some locales and hexadecimal in all.
+    const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), value);
+    if (error != std::errc() || end != digits.data() + digits.size() || !std::isfinite(value)) {
+      throw OptionError(std::string(name) + " = '" + std::string(word) + "': must be a finite number");
+    }
+    values.push_back(value);
+    rest = trimmed(rest.substr(word.size()));
+  }
+  if (values.empty()) fail(name, text, "a number");
+  return values;
+}
+
+void set_option(Options& options, std::string_view name, std::string_view text) {
+  bool known = false;
+  visit_options(options, [&](auto& field, const OptionInfo& info) {
+    if (name != info.name) return;
+    known = true;
+    FromText{name, text}(field);
+  });
+  if (known) return;
+  const std::string nearest = nearest_name(name, option_names());
+  throw OptionError("unknown option '" + std::string(name) + "'" +
+                    (nearest.empty() ? std::string() : "; did you mean '" + nearest + "'?"));
+}
+
+std::vector<std::string> option_names() {
+  std::vector<std::string> names;
+  const Options options;
+  visit_options(options, [&](const auto&, const OptionInfo& info) { names.emplace_back(info.name); });
+  return names;
+}
+
+std::string nearest_name(std::string_view name, const std::vector<std::string>& candidates) {
+  std::string nearest;
+  // Beyond a third of the letters wrong, a guess confuses more than it helps.
+  std::size_t least = std::max<std::size_t>(2, name.size() / 3) + 1;
+  for (const std::string& candidate : candidates) {
+    const std::size_t distance = edit_distance(name, candidate);
+    if (distance >= least) continue;
+    least = distance;
+    nearest = candidate;
+  }
+  if (!nearest.empty() || name.size() < 3) return nearest;
+  // "aperture" is meant for "hand_aperture"; the shortest such name is the least far-fetched.
+  for (const std::string& candidate : candidates) {
+    if (candidate.find(name) == std::string::npos) continue;
+    if (nearest.empty() || candidate.size() < nearest.size()) nearest = candidate;
+  }
+  return nearest;
+}
+
+}  // namespace handhold

@@ -1,0 +1,133 @@
+#include "command_line.h"
+
+#include <algorithm>
+#include <charconv>
+#include <type_traits>
+
+#include "handhold/config.h"
+#include "usage_error.h"
+
+namespace handhold {
+namespace {
+
+template <class T>
+const char* value_name(const T&) {
+  if constexpr (std::is_enum_v<T>) return "NAME";
+  if constexpr (std::is_integral_v<T>) return "N";
+  return "X";
+}
+const char* value_name(const std::vector<double>&) {
+  return "X...";
+}
+const char* value_name(const std::optional<std::array<double, 6>>&) {
+  return "X X X X X X";
+}
+
+template <class T>
+std::string default_text(const T& value) {
+  if constexpr (std::is_enum_v<T>) {
+    return std::string(to_string(value));
+  } else if constexpr (std::is_integral_v<T>) {
+    return std::to_string(value);
+  } else if constexpr (std::is_floating_point_v<T>) {
+    char digits[32];
+    return {digits, std::to_chars(digits, digits + sizeof digits, value).ptr};
+  } else {
+    return {};
+  }
+}
+std::string default_text(const std::vector<double>& values) {
+  std::string text;
+  for (const double value : values) text += (text.empty() ? "" : " ") + default_text(value);
+  return text;
+}
+
+bool is_number(const std::string& text) {
+  double value = 0;
+  const char* begin = text.data() + (text.size() > 1 && text[0] == '+' ? 1 : 0);
+  const auto [end, error] = std::from_chars(begin, text.data() + text.size(), value);
+  return error != std::errc::invalid_argument && end == text.data() + text.size();
+}
+
+}  // namespace
+
+std::string flag_of(std::string_view option) {
+  std::string flag = "--" + std::string(option);
+  std::replace(flag.begin(), flag.end(), '_', '-');
+  return flag;
+}
+
+void add_option_flags(CLI::App& app, OptionTexts& texts) {
+  const Options defaults;
+  visit_options(defaults, [&](const auto& field, const OptionInfo& info) {
+    const std::string name = info.name;
+    std::string help = info.help;
+    if (*info.unit) help += std::string(" (") + info.unit + ")";
+    const std::string standard = default_text(field);
+    if (!standard.empty()) help += " [" + standard + "]";
+    app.add_option_function<std::string>(
+           flag_of(name), [&texts, name](const std::string& text) { texts[name] = text; }, help)
+        ->option_text(value_name(field))
+        ->take_last()
+        ->group("Options of the search (also keys of --config)");
+  });
+}
+
+void apply_option_texts(Options& options, const OptionTexts& texts) {
+  for (const auto& [name, text] : texts) {
+    try {
+      set_option(options, name, text);
+    } catch (const OptionError& error) {
+      throw UsageError(flag_of(name) + ": " + error.what());
+    }
+  }
+}
+
+std::vector<std::string> join_lists(const std::vector<std::string>& arguments) {
+  const std::vector<std::string> lists = {"--radius", "--workspace", "--viewpoint"};
+  std::vector<std::string> joined;
+  for (std::size_t i = 0; i < arguments.size(); ++i) {
+    joined.push_back(arguments[i]);
+    if (arguments[i] == "--") {
+      joined.insert(joined.end(), arguments.begin() + static_cast<std::ptrdiff_t>(i) + 1, arguments.end());
+      break;
+    }
+    const bool takes_list = std::find(lists.begin(), lists.end(), arguments[i]) != lists.end();
+    if (!takes_list || i + 1 == arguments.size()) continue;
+    joined.back() += "=" + arguments[++i];
+    if (!is_number(arguments[i])) continue;
+    while (i + 1 < arguments.size() && is_number(arguments[i + 1])) joined.back() += " " + arguments[++i];
+  }
+  return joined;
+}
+
+void refuse_leftovers(const CLI::App& app) {
+  const std::vector<std::string> leftovers = app.remaining();
+  if (leftovers.empty()) return;
+  // An unknown flag's value is left over, too: the flag is the mistake to name.
+  auto first = std::find_if(leftovers.begin(), leftovers.end(),
+                            [](const std::string& text) { return text.size() > 1 && text[0] == '-'; });
+  const bool is_flag = first != leftovers.end();
+  if (!is_flag) first = leftovers.begin();
+  const std::string given = first->substr(0, first->find('='));
+
+  std::vector<std::string> known;
+  if (is_flag) {
+    for (const CLI::Option* option : app.get_options()) {
+      for (const std::string& name : option->get_lnames()) known.push_back("--" + name);
+    }
+  } else {
+    for (const CLI::App* subcommand : app.get_subcommands({})) known.push_back(subcommand->get_name());
+  }
+  const bool wants_subcommand = !is_flag && !known.empty();
+  std::string message = is_flag            ? "unknown option '"
+                        : wants_subcommand ? "unknown subcommand '"
+                                           : "one argument too many: '";
+  message += given + "'";
+  const std::string nearest = nearest_name(given, known);
+  if (!nearest.empty()) message += "; did you mean '" + nearest + "'?";
+  const std::string program = app.get_parent() ? app.get_parent()->get_name() + " " + app.get_name() : app.get_name();
+  throw UsageError(message + (nearest.empty() ? "; see '" : " See '") + program + " --help'");
+}
+
+}  // namespace handhold

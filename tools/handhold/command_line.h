@@ -1,0 +1,32 @@
+// What CLI11 does not do: a flag for every field of Options, lists that end before a file name, and "did you mean".
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "handhold/options.h"
+
+namespace handhold {
+
+/// Texts that the user gave to option flags, by the option's name (underscores).
+using OptionTexts = std::map<std::string, std::string>;
+
+/// Flag of an option: "hand_aperture" -> "--hand-aperture".
+std::string flag_of(std::string_view option);
+
+/// Adds one flag per field of Options; what the user gives ends in `texts`, which must outlive the parsing.
+void add_option_flags(CLI::App& app, OptionTexts& texts);
+
+/// Sets the options that were given. @throws UsageError naming the flag, the text and what would be right
+void apply_option_texts(Options& options, const OptionTexts& texts);
+
+/// Joins the numbers after a flag that takes several into one argument ("--radius", "0.01", "0.02" ->
+/// "--radius=0.01 0.02"): otherwise the list would swallow the cloud's name that follows.
+std::vector<std::string> join_lists(const std::vector<std::string>& arguments);
+
+/// @throws UsageError for the first argument that CLI11 could not place, with the nearest flag or subcommand.
+void refuse_leftovers(const CLI::App& app);
+
+}  // namespace handhold

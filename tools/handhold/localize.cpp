@@ -1,0 +1,299 @@
+// handhold localize: reads a cloud, finds handles, writes them.
+#include <sys/stat.h>
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "atomic_file.h"
+#include "command_line.h"
+#include "handhold/config.h"
+#include "handhold/io.h"
+#include "handhold/localizer.h"
+#include "kernels.h"
+#include "picture.h"
+#include "progress.h"
+#include "report.h"
+#include "result_json.h"
+#include "run_times.h"
+#include "subcommand.h"
+#include "usage_error.h"
+
+namespace handhold {
+namespace {
+
+struct Arguments {
+  OptionTexts options;
+  std::string cloud, depth;
+  std::string fx, fy, cx, cy, depth_unit;
+  std::string viewpoint;
+  std::string config, hand;
+  std::string json, picture;
+  std::string repeat;
+  bool explain = false, print_options = false, no_times = false;
+};
+
+void add_flags(CLI::App& app, Arguments& a) {
+  app.add_option("CLOUD", a.cloud, "Point cloud, .pcd or .ply (m)")->option_text(" ");
+  const auto text = [&app](const char* flag, std::string& target, const char* value, const char* help,
+                           const char* group) {
+    app.add_option(flag, target, help)->option_text(value)->take_last()->group(group);
+  };
+  const char* input = "Input";
+  text("--depth", a.depth, "F.png", "Depth image (16-bit gray PNG) instead of CLOUD; needs the next five", input);
+  text("--fx", a.fx, "X", "Focal length along rows (px)", input);
+  text("--fy", a.fy, "X", "Focal length along columns (px)", input);
+  text("--cx", a.cx, "X", "Column of the principal point (px)", input);
+  text("--cy", a.cy, "X", "Row of the principal point (px)", input);
+  text("--depth-unit-m", a.depth_unit, "U", "Metres of one step of the image's values (0.001: millimetres)", input);
+  text("--viewpoint", a.viewpoint, "X Y Z|none",
+       "Where the sensor stood (m), instead of what the cloud says; none: merged views", input);
+  text("--config", a.config, "F.toml", "Options from a file; flags win over it, it wins over --hand", input);
+  text("--hand", a.hand, "NAME", "Options of a known hand: baxter", input);
+
+  const char* output = "Output";
+  text("--json", a.json, "F", "Write the result as JSON; '-' is standard output", output);
+  text("--picture", a.picture, "F.png", "Write a picture of the cloud and its handles", output);
+  app.add_flag("--explain", a.explain, "Say which step ended how many samples, and what would change that")
+      ->group(output);
+  app.add_flag("--print-options", a.print_options, "Print the options in effect as TOML for --config, and exit")
+      ->group(output);
+  text("--repeat", a.repeat, "N", "Run N times after a warm-up: times are medians and 99th percentiles", output);
+  app.add_flag("--no-times", a.no_times, "Leave out what differs from run to run: times, number of threads")
+      ->group(output);
+  add_option_flags(app, a.options);
+}
+
+/// Defaults < --hand < --config < flags.
+Options effective_options(const Arguments& a) {
+  Options options;
+  if (!a.hand.empty()) {
+    if (a.hand != "baxter") throw UsageError("--hand: unknown hand '" + a.hand + "'; must be 'baxter'");
+    options = Options::baxter();
+  }
+  ConfigLines lines;
+  if (!a.config.empty()) lines = apply_toml_file(options, a.config);
+  apply_option_texts(options, a.options);
+  try {
+    options.validate();
+  } catch (const OptionError& error) {
+    // The message names the option first; say where it was set.
+    const std::string message = error.what();
+    const std::string name = message.substr(0, message.find_first_not_of("abcdefghijklmnopqrstuvwxyz_0123456789"));
+    if (a.options.count(name)) throw UsageError(flag_of(name) + ": " + message);
+    if (lines.count(name)) throw UsageError(a.config + ", line " + std::to_string(lines.at(name)) + ": " + message);
+    throw;
+  }
+  return options;
+}
+
+double number(const char* flag, const std::string& text) {
+  const std::vector<double> values = parse_numbers(flag, text);
+  if (values.size() != 1) throw UsageError(std::string(flag) + " = '" + text + "': must be one number");
+  return values[0];
+}
+
+int parse_repeat(const std::string& text) {
+  if (text.empty()) return 0;
+  const double value = number("--repeat", text);
+  if (value < 1 || value > 1e6 || value != std::floor(value)) {
+    throw UsageError("--repeat = '" + text + "': must be a whole number from 1 to 1000000");
+  }
+  return static_cast<int>(value);
+}
+
+/// Reads what the arguments name; wrong combinations are refused before.
+class Input {
+ public:
+  explicit Input(const Arguments& a) : path_(a.depth.empty() ? a.cloud : a.depth), is_depth_(!a.depth.empty()) {
+    if (a.cloud.empty() && a.depth.empty()) {
+      throw UsageError(
+          "no cloud given; for example 'handhold localize cloud.pcd', or '--depth image.png' with intrinsics");
+    }
+    if (!a.cloud.empty() && is_depth_) throw UsageError("both '" + a.cloud + "' and --depth given; give one of them");
+    const std::pair<const char*, const std::string*> camera[] = {
+        {"--fx", &a.fx}, {"--fy", &a.fy}, {"--cx", &a.cx}, {"--cy", &a.cy}, {"--depth-unit-m", &a.depth_unit}};
+    double values[5] = {};
+    for (int i = 0; i < 5; ++i) {
+      const auto& [flag, text] = camera[i];
+      if (is_depth_ == text->empty()) {
+        throw UsageError(is_depth_ ? std::string("--depth needs ") + flag + ", too"
+                                   : std::string(flag) + " needs --depth");
+      }
+      if (is_depth_) values[i] = number(flag, *text);
+      if (is_depth_ && flag[2] != 'c' && values[i] <= 0) {
+        throw UsageError(std::string(flag) + " = '" + *text + "': must be above 0");
+      }
+    }
+    intrinsics_.fx = values[0];
+    intrinsics_.fy = values[1];
+    intrinsics_.cx = values[2];
+    intrinsics_.cy = values[3];
+    depth_unit_m_ = values[4];
+    if (a.viewpoint == "none") {
+      viewpoint_ = std::optional<Vector3>();
+    } else if (!a.viewpoint.empty()) {
+      const std::vector<double> v = a.viewpoint.find_first_not_of("+-.0123456789eE, ") == std::string::npos
+                                        ? parse_numbers("--viewpoint", a.viewpoint)
+                                        : std::vector<double>();
+      if (v.size() != 3) throw UsageError("--viewpoint = '" + a.viewpoint + "': must be three numbers (m) or 'none'");
+      viewpoint_ = Vector3{v[0], v[1], v[2]};
+    }
+  }
+
+  const std::string& path() const { return path_; }
+
+  Cloud read() const {
+    Cloud cloud = is_depth_ ? read_depth_png(path_, intrinsics_, depth_unit_m_) : read_cloud(path_);
+    if (viewpoint_) cloud.viewpoint = *viewpoint_;
+    return cloud;
+  }
+
+ private:
+  std::string path_;
+  bool is_depth_;
+  Intrinsics intrinsics_;
+  double depth_unit_m_ = 0;
+  std::optional<std::optional<Vector3>> viewpoint_;  ///< none: the cloud's own
+};
+
+bool same_file(const std::string& a, const std::string& b) {
+  if (a == b) return true;
+  struct stat info_a {
+  }, info_b{};
+  return ::stat(a.c_str(), &info_a) == 0 && ::stat(b.c_str(), &info_b) == 0 && S_ISREG(info_a.st_mode) &&
+         info_a.st_dev == info_b.st_dev && info_a.st_ino == info_b.st_ino;
+}
+
+/// Refuses output paths that cannot work before anything is computed.
+void check_outputs(const Arguments& a, const std::string& input) {
+  if (a.picture == "-") throw UsageError("--picture: standard output is for JSON; give a file name");
+  const std::pair<const char*, const std::string*> outputs[] = {{"--json", &a.json}, {"--picture", &a.picture}};
+  for (const auto& [flag, path] : outputs) {
+    if (path->empty() || *path == "-") continue;
+    if (same_file(*path, input))
+      throw UsageError(std::string(flag) + " would overwrite the input '" + input + "'; give another name");
+    AtomicFile::check_writable(*path);
+  }
+  if (!a.json.empty() && same_file(a.json, a.picture)) {
+    throw UsageError("--json and --picture both name '" + a.json + "'; give two names");
+  }
+}
+
+/// Largest side of the box around the finite points (m).
+double extent(const CloudView& cloud) {
+  double side = 0;
+  for (int axis = 0; axis < 3; ++axis) {
+    float low = INFINITY, high = -INFINITY;
+    for (std::size_t i = 0; i < cloud.size(); ++i) {
+      const float* p = cloud.point(i);
+      if (!std::isfinite(p[0]) || !std::isfinite(p[1]) || !std::isfinite(p[2])) continue;
+      low = std::min(low, p[axis]);
+      high = std::max(high, p[axis]);
+    }
+    if (low <= high) side = std::max(side, static_cast<double>(high) - low);
+  }
+  return side;
+}
+
+/// Null for a cloud that was searched, otherwise why it was not.
+std::string why_failed(const std::string& path, const CloudView& cloud, const Options& options, const Result& result) {
+  switch (result.status) {
+    case Status::kOk:
+      return {};
+    case Status::kEmpty:
+      return "'" + path + "' has no points; give a cloud with points";
+    case Status::kNoFinitePoints:
+      return "'" + path +
+             "' has no finite point: in each, a coordinate is NaN or infinite; give a cloud with measured points";
+    case Status::kTooFewPoints:
+      return "'" + path + "' has only " + std::to_string(result.finite_points) +
+             " finite points, fewer than one fit needs (" + std::to_string(options.min_neighbours) +
+             "); give a denser cloud or lower --min-neighbours";
+    case Status::kSuspiciousUnits: {
+      char width[32];
+      std::snprintf(width, sizeof width, "%.3g", extent(cloud) / 1000);
+      return "'" + path + "' is " + width + " km wide, so its unit is probably the millimetre; convert it to metres";
+    }
+  }
+  return "'" + path + "': " + std::string(to_string(result.status));
+}
+
+/// One run, or a warm-up and `repeat` runs.
+std::vector<StageTimes> run_repeatedly(Localizer& localizer, const CloudView& cloud, int repeat, Result& result,
+                                       Progress& progress) {
+  progress.show("searching");
+  localizer.localize(cloud, result);
+  if (repeat == 0 || result.status != Status::kOk) return {result.times_ms};
+  std::vector<StageTimes> times;
+  for (int i = 0; i < repeat; ++i) {
+    progress.show("run " + std::to_string(i + 1) + " of " + std::to_string(repeat));
+    localizer.localize(cloud, result);
+    times.push_back(result.times_ms);
+  }
+  return times;
+}
+
+int run(const Arguments& a) {
+  const Options options = effective_options(a);
+  const int repeat = parse_repeat(a.repeat);
+  if (a.print_options) {
+    write_and_flush(stdout, to_toml(options), "standard output");
+    return 0;
+  }
+  const Input input(a);
+  if (const char* problem = kernels::isa_error()) throw UsageError(problem);
+  check_outputs(a, input.path());
+
+  Result result;
+  RunTimes run_times;
+  Cloud cloud;
+  {
+    Progress progress;
+    progress.show("reading " + input.path());
+    cloud = input.read();
+    Localizer localizer(options);
+    run_times = summarize(run_repeatedly(localizer, cloud.view(), repeat, result, progress));
+  }
+  const RunTimes* times = a.no_times ? nullptr : &run_times;
+  const std::string failure = why_failed(input.path(), cloud.view(), options, result);
+
+  // A program that reads the JSON of a frame that failed learns the status from it.
+  if (!a.json.empty()) {
+    const std::string json = to_json(cloud.view(), options, result, times);
+    if (a.json == "-") {
+      write_and_flush(stdout, json, "standard output");
+    } else {
+      AtomicFile file(a.json);
+      file.write(json);
+      file.commit();
+    }
+  }
+  if (!failure.empty()) throw std::runtime_error(failure);
+  if (!a.picture.empty()) write_picture(a.picture, cloud.view(), cloud.rgb, result);
+
+  std::string text;
+  if (a.json.empty()) {
+    text += summary_table(input.path(), result, times);
+    if (repeat && times) text += times_table(run_times);
+    if (result.handles.empty() && !a.explain) text += "add --explain to see why\n";
+  }
+  if (a.explain) text += explanation(options, result);
+  // JSON on standard output stays JSON.
+  if (!text.empty()) write_and_flush(a.json == "-" ? stderr : stdout, text, "standard output");
+  return 0;
+}
+
+}  // namespace
+
+Subcommand add_localize(CLI::App& parent) {
+  CLI::App* app = parent.add_subcommand("localize", "Find the handles in a point cloud or a depth image");
+  app->allow_extras();
+  auto arguments = std::make_shared<Arguments>();
+  add_flags(*app, *arguments);
+  return {app, [arguments] { return run(*arguments); }};
+}
+
+}  // namespace handhold

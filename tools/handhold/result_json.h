@@ -1,0 +1,19 @@
+// The machine-readable form of a result.
+#pragma once
+
+#include <string>
+
+#include "handhold/cloud.h"
+#include "handhold/options.h"
+#include "handhold/result.h"
+#include "run_times.h"
+
+namespace handhold {
+
+/// JSON of schema "handhold/1", ending in a newline. Numbers are the shortest that read back to the same bits; what is
+/// unset is null. Without times the text has nothing in it that a second run, or another number of threads, would
+/// change: neither times nor `options.threads`.
+/// @param times  null: no times
+std::string to_json(const CloudView& cloud, const Options& options, const Result& result, const RunTimes* times);
+
+}  // namespace handhold

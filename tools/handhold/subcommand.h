@@ -1,0 +1,18 @@
+// What every subcommand gives to main.cpp.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <functional>
+#include <memory>
+
+namespace handhold {
+
+struct Subcommand {
+  CLI::App* app = nullptr;   ///< knows the flags; owned by the parent
+  std::function<int()> run;  ///< does the work after the flags were parsed; returns the exit code or throws
+};
+
+/// `handhold localize`: from a cloud to handles.
+Subcommand add_localize(CLI::App& parent);
+
+}  // namespace handhold
