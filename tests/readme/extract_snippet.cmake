@@ -1,0 +1,41 @@
+# Makes a program of the first ```cpp block of a Markdown file: its #include lines, prologue.h (the cloud that the block
+# talks about), the rest of the block inside a function, epilogue.h (a main that calls it and looks at what came out).
+# A block with a main() of its own is taken as it is.
+#
+# cmake -DREADME= -DPARTS=<folder of prologue.h and epilogue.h> -DOUTPUT= -P extract_snippet.cmake
+file(READ ${README} text)
+# Semicolons and brackets mean something in CMake's lists: keep away from lists, cut at positions.
+string(FIND "${text}" "\n```cpp\n" start)
+if(start LESS 0)
+  message(FATAL_ERROR "${README}: no line '```cpp': the first C++ example is what this test compiles")
+endif()
+math(EXPR start "${start} + 8")
+string(SUBSTRING "${text}" ${start} -1 text)
+string(FIND "${text}" "\n```" end)
+if(end LESS 0)
+  message(FATAL_ERROR "${README}: the first '```cpp' block has no end")
+endif()
+math(EXPR end "${end} + 1")
+string(SUBSTRING "${text}" 0 ${end} block)
+
+if(block MATCHES "int main\\(")
+  set(program "${block}")
+else()
+  set(includes "")
+  set(body "")
+  while(NOT block STREQUAL "")
+    string(FIND "${block}" "\n" length)
+    math(EXPR length "${length} + 1")
+    string(SUBSTRING "${block}" 0 ${length} line)
+    string(SUBSTRING "${block}" ${length} -1 block)
+    if(line MATCHES "^#include")
+      string(APPEND includes "${line}")
+    else()
+      string(APPEND body "  ${line}")
+    endif()
+  endwhile()
+  file(READ ${PARTS}/prologue.h prologue)
+  file(READ ${PARTS}/epilogue.h epilogue)
+  set(program "${includes}${prologue}\nvoid readme_example() {\n${body}}\n\n${epilogue}")
+endif()
+file(CONFIGURE OUTPUT ${OUTPUT} CONTENT "// Made from ${README}.\n@program@" @ONLY)
