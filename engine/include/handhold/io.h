@@ -27,9 +27,10 @@ struct Intrinsics {
 ///
 /// x, y, z are taken as they stand (metres are expected; doubles become floats); points that were not measured stay
 /// NaN. Colours (rgb or rgba; red, green, blue in a PLY) are kept, other fields are ignored. The origin of a PCD's
-/// VIEWPOINT becomes the viewpoint; its quaternion is ignored, because real files carry wrong ones. Without a
-/// VIEWPOINT, and for every PLY, the viewpoint is the origin. A file with zero points gives an empty cloud. Prints
-/// nothing. May be called from several threads (the reading itself is serialised).
+/// VIEWPOINT becomes the viewpoint; its quaternion is ignored, because real files carry wrong ones. The same holds for
+/// the camera of a PLY that PCL wrote, which also has the size of an organized cloud. Without either the viewpoint is
+/// the origin. A file with zero points gives an empty cloud. Prints nothing. May be called from several threads (PCL's
+/// part of the work is serialised).
 /// @throws IoError when there is no such file, or it is damaged, truncated or of another kind
 Cloud read_cloud(const std::string& path);
 
