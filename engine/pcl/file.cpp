@@ -58,6 +58,11 @@ std::string read_bytes(const std::string& path, std::size_t size) {
 }
 
 void write_whole_file(const std::string& path, const std::string& head, const std::string& body) {
+  // A rename would put a file in the place of a device such as /dev/null.
+  struct stat info {};
+  if (::stat(path.c_str(), &info) == 0 && !S_ISREG(info.st_mode)) {
+    throw IoError("cannot write " + path + ": it is no regular file; give the path of a file");
+  }
   std::string temporary;
   FilePtr file = open_beside(path, temporary);
   const auto put = [&](const std::string& part) {

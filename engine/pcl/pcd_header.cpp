@@ -225,7 +225,7 @@ void check_ascii(const PcdHeader& header, std::string_view bytes, const std::str
     const std::vector<std::string_view> words = split(next_line(bytes, offset));
     if (words.empty()) continue;
     const std::string where = "point " + std::to_string(lines);
-    if (words.size() < header.values) {
+    if (words.size() != header.values) {  // PCL would skip the line and leave zeros
       fail_truncated(path, where + " has " + std::to_string(words.size()) + " values", std::to_string(header.values));
     }
     for (const char* name : {"x", "y", "z"}) {
