@@ -1,0 +1,134 @@
+// The number types that the mathematics is written on: one lane (`float`, `double`) or a pack of W of them.
+//
+// Every kernel is written once on this vocabulary:
+//   + - * / unary-   fma(a,b,c) = a*b + c   fnma(a,b,c) = c - a*b   sqrt abs min max
+//   < <= > >=        & | on masks           invert(m) any(m) bits(m) select(m, a, b) = m ? a : b
+//   load store (aligned) loadu storeu       reduce_add reduce_min reduce_max (a fixed tree)
+//   compress_store(p, m, v): writes the lanes of v where m is set, one after the other; returns their number
+// A pack wider than the machine's registers is two packs of half the width, so a kernel's logical width, its partial
+// sums and therefore its bits do not depend on the instruction set. min and max return the second operand when the
+// comparison fails, also for NaN. A comparison with NaN is false.
+//
+// All of it lives in a namespace of its own for each instruction set and is force-inlined: a shared inline symbol would
+// let the linker pick one instruction set's copy for everyone.
+#pragma once
+
+#ifndef HANDHOLD_LANE
+#error "define HANDHOLD_LANE as the namespace of this instruction set before including lane.h"
+#endif
+
+#include <cstddef>
+#include <cstdint>
+
+#define LANE_FN inline __attribute__((always_inline))
+
+namespace handhold::HANDHOLD_LANE {
+
+template <class T, int W>
+struct Mask;
+template <class T, int W>
+struct Vec;
+
+// ---- One lane: the scalar itself ----------------------------------------------------------------------------------
+
+LANE_FN double sqrt(double a) { return __builtin_sqrt(a); }
+LANE_FN float sqrt(float a) { return __builtin_sqrtf(a); }
+#if defined(__FMA__) || defined(__aarch64__) || defined(__CUDACC__)
+LANE_FN double fma(double a, double b, double c) { return __builtin_fma(a, b, c); }
+LANE_FN float fma(float a, float b, float c) { return __builtin_fmaf(a, b, c); }
+#else
+LANE_FN double fma(double a, double b, double c) { return a * b + c; }
+LANE_FN float fma(float a, float b, float c) { return a * b + c; }
+#endif
+LANE_FN double fnma(double a, double b, double c) { return fma(-a, b, c); }
+LANE_FN float fnma(float a, float b, float c) { return fma(-a, b, c); }
+template <class R>
+LANE_FN R select(bool m, R a, R b) {
+  return m ? a : b;
+}
+LANE_FN bool any(bool m) { return m; }
+LANE_FN bool invert(bool m) { return !m; }
+LANE_FN double abs(double a) { return __builtin_fabs(a); }
+LANE_FN float abs(float a) { return __builtin_fabsf(a); }
+LANE_FN double min(double a, double b) { return a < b ? a : b; }
+LANE_FN float min(float a, float b) { return a < b ? a : b; }
+LANE_FN double max(double a, double b) { return a > b ? a : b; }
+LANE_FN float max(float a, float b) { return a > b ? a : b; }
+
+// ---- A pack wider than a register: two of half the width ----------------------------------------------------------
+
+template <class T, int W>
+struct Mask {
+  Mask<T, W / 2> lo, hi;
+  friend LANE_FN Mask operator&(Mask a, Mask b) { return {a.lo & b.lo, a.hi & b.hi}; }
+  friend LANE_FN Mask operator|(Mask a, Mask b) { return {a.lo | b.lo, a.hi | b.hi}; }
+  friend LANE_FN Mask operator~(Mask a) { return {~a.lo, ~a.hi}; }
+  friend LANE_FN std::uint32_t bits(Mask a) { return bits(a.lo) | bits(a.hi) << (W / 2); }
+  friend LANE_FN bool any(Mask a) { return any(a.lo | a.hi); }
+};
+
+template <class T, int W>
+struct Vec {
+  using M = Mask<T, W>;
+  Vec<T, W / 2> lo, hi;
+  Vec() = default;
+  LANE_FN Vec(T s) : lo(s), hi(s) {}
+  LANE_FN Vec(Vec<T, W / 2> l, Vec<T, W / 2> h) : lo(l), hi(h) {}
+  static LANE_FN Vec load(const T* p) { return {Vec<T, W / 2>::load(p), Vec<T, W / 2>::load(p + W / 2)}; }
+  static LANE_FN Vec loadu(const T* p) { return {Vec<T, W / 2>::loadu(p), Vec<T, W / 2>::loadu(p + W / 2)}; }
+  LANE_FN void store(T* p) const { lo.store(p), hi.store(p + W / 2); }
+  LANE_FN void storeu(T* p) const { lo.storeu(p), hi.storeu(p + W / 2); }
+  friend LANE_FN Vec operator+(Vec a, Vec b) { return {a.lo + b.lo, a.hi + b.hi}; }
+  friend LANE_FN Vec operator-(Vec a, Vec b) { return {a.lo - b.lo, a.hi - b.hi}; }
+  friend LANE_FN Vec operator*(Vec a, Vec b) { return {a.lo * b.lo, a.hi * b.hi}; }
+  friend LANE_FN Vec operator/(Vec a, Vec b) { return {a.lo / b.lo, a.hi / b.hi}; }
+  friend LANE_FN Vec operator-(Vec a) { return {-a.lo, -a.hi}; }
+  friend LANE_FN Vec fma(Vec a, Vec b, Vec c) { return {fma(a.lo, b.lo, c.lo), fma(a.hi, b.hi, c.hi)}; }
+  friend LANE_FN Vec fnma(Vec a, Vec b, Vec c) { return {fnma(a.lo, b.lo, c.lo), fnma(a.hi, b.hi, c.hi)}; }
+  friend LANE_FN Vec sqrt(Vec a) { return {sqrt(a.lo), sqrt(a.hi)}; }
+  friend LANE_FN Vec abs(Vec a) { return {abs(a.lo), abs(a.hi)}; }
+  friend LANE_FN Vec min(Vec a, Vec b) { return {min(a.lo, b.lo), min(a.hi, b.hi)}; }
+  friend LANE_FN Vec max(Vec a, Vec b) { return {max(a.lo, b.lo), max(a.hi, b.hi)}; }
+  friend LANE_FN M operator<(Vec a, Vec b) { return {a.lo < b.lo, a.hi < b.hi}; }
+  friend LANE_FN M operator<=(Vec a, Vec b) { return {a.lo <= b.lo, a.hi <= b.hi}; }
+  friend LANE_FN M operator>(Vec a, Vec b) { return {a.lo > b.lo, a.hi > b.hi}; }
+  friend LANE_FN M operator>=(Vec a, Vec b) { return {a.lo >= b.lo, a.hi >= b.hi}; }
+  friend LANE_FN Vec select(M m, Vec a, Vec b) { return {select(m.lo, a.lo, b.lo), select(m.hi, a.hi, b.hi)}; }
+  friend LANE_FN T reduce_add(Vec a) { return reduce_add(a.lo + a.hi); }
+  friend LANE_FN T reduce_min(Vec a) { return reduce_min(min(a.lo, a.hi)); }
+  friend LANE_FN T reduce_max(Vec a) { return reduce_max(max(a.lo, a.hi)); }
+  friend LANE_FN int compress_store(T* p, M m, Vec a) {
+    const int n = compress_store(p, m.lo, a.lo);
+    return n + compress_store(p + n, m.hi, a.hi);
+  }
+};
+
+}  // namespace handhold::HANDHOLD_LANE
+
+#if defined(HANDHOLD_ISA_AVX512)
+#include "lane_avx512.h"
+#elif defined(HANDHOLD_ISA_AVX2)
+#include "lane_avx2.h"
+#elif defined(HANDHOLD_ISA_NEON)
+#include "lane_neon.h"
+#else
+#include "lane_scalar.h"
+#endif
+
+namespace handhold::HANDHOLD_LANE {
+
+using F16 = Vec<float, 16>;
+using F8 = Vec<float, 8>;
+using D8 = Vec<double, 8>;
+using D16 = Vec<double, 16>;
+using M16 = Mask<float, 16>;
+
+template <class T, int W>
+LANE_FN Mask<T, W> invert(Mask<T, W> m) {
+  return ~m;
+}
+
+/// Bits of a mask as a count: the number of lanes set.
+LANE_FN int count(M16 m) { return __builtin_popcount(bits(m)); }
+
+}  // namespace handhold::HANDHOLD_LANE

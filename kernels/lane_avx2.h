@@ -1,0 +1,115 @@
+// Native packs of AVX2 with FMA: 8 floats, 4 doubles. Included by lane.h.
+#pragma once
+#include <immintrin.h>
+
+namespace handhold::HANDHOLD_LANE {
+
+template <>
+struct Mask<float, 8> {
+  __m256 m;
+  friend LANE_FN Mask operator&(Mask a, Mask b) { return {_mm256_and_ps(a.m, b.m)}; }
+  friend LANE_FN Mask operator|(Mask a, Mask b) { return {_mm256_or_ps(a.m, b.m)}; }
+  friend LANE_FN Mask operator~(Mask a) { return {_mm256_xor_ps(a.m, _mm256_castsi256_ps(_mm256_set1_epi32(-1)))}; }
+  friend LANE_FN std::uint32_t bits(Mask a) { return static_cast<std::uint32_t>(_mm256_movemask_ps(a.m)); }
+  friend LANE_FN bool any(Mask a) { return _mm256_movemask_ps(a.m) != 0; }
+};
+template <>
+struct Mask<double, 4> {
+  __m256d m;
+  friend LANE_FN Mask operator&(Mask a, Mask b) { return {_mm256_and_pd(a.m, b.m)}; }
+  friend LANE_FN Mask operator|(Mask a, Mask b) { return {_mm256_or_pd(a.m, b.m)}; }
+  friend LANE_FN Mask operator~(Mask a) { return {_mm256_xor_pd(a.m, _mm256_castsi256_pd(_mm256_set1_epi32(-1)))}; }
+  friend LANE_FN std::uint32_t bits(Mask a) { return static_cast<std::uint32_t>(_mm256_movemask_pd(a.m)); }
+  friend LANE_FN bool any(Mask a) { return _mm256_movemask_pd(a.m) != 0; }
+};
+
+template <>
+struct Vec<float, 8> {
+  using M = Mask<float, 8>;
+  __m256 v;
+  Vec() = default;
+  LANE_FN Vec(float s) : v(_mm256_set1_ps(s)) {}
+  LANE_FN Vec(__m256 x) : v(x) {}
+  static LANE_FN Vec load(const float* p) { return _mm256_load_ps(p); }
+  static LANE_FN Vec loadu(const float* p) { return _mm256_loadu_ps(p); }
+  LANE_FN void store(float* p) const { _mm256_store_ps(p, v); }
+  LANE_FN void storeu(float* p) const { _mm256_storeu_ps(p, v); }
+  friend LANE_FN Vec operator+(Vec a, Vec b) { return _mm256_add_ps(a.v, b.v); }
+  friend LANE_FN Vec operator-(Vec a, Vec b) { return _mm256_sub_ps(a.v, b.v); }
+  friend LANE_FN Vec operator*(Vec a, Vec b) { return _mm256_mul_ps(a.v, b.v); }
+  friend LANE_FN Vec operator/(Vec a, Vec b) { return _mm256_div_ps(a.v, b.v); }
+  friend LANE_FN Vec operator-(Vec a) { return _mm256_xor_ps(a.v, _mm256_set1_ps(-0.0f)); }
+  friend LANE_FN Vec fma(Vec a, Vec b, Vec c) { return _mm256_fmadd_ps(a.v, b.v, c.v); }
+  friend LANE_FN Vec fnma(Vec a, Vec b, Vec c) { return _mm256_fnmadd_ps(a.v, b.v, c.v); }
+  friend LANE_FN Vec sqrt(Vec a) { return _mm256_sqrt_ps(a.v); }
+  friend LANE_FN Vec abs(Vec a) { return _mm256_andnot_ps(_mm256_set1_ps(-0.0f), a.v); }
+  friend LANE_FN Vec min(Vec a, Vec b) { return _mm256_min_ps(a.v, b.v); }
+  friend LANE_FN Vec max(Vec a, Vec b) { return _mm256_max_ps(a.v, b.v); }
+  friend LANE_FN M operator<(Vec a, Vec b) { return {_mm256_cmp_ps(a.v, b.v, _CMP_LT_OQ)}; }
+  friend LANE_FN M operator<=(Vec a, Vec b) { return {_mm256_cmp_ps(a.v, b.v, _CMP_LE_OQ)}; }
+  friend LANE_FN M operator>(Vec a, Vec b) { return {_mm256_cmp_ps(a.v, b.v, _CMP_GT_OQ)}; }
+  friend LANE_FN M operator>=(Vec a, Vec b) { return {_mm256_cmp_ps(a.v, b.v, _CMP_GE_OQ)}; }
+  friend LANE_FN Vec select(M m, Vec a, Vec b) { return _mm256_blendv_ps(b.v, a.v, m.m); }
+  friend LANE_FN float reduce_add(Vec a) {
+    const __m128 c = _mm_add_ps(_mm256_castps256_ps128(a.v), _mm256_extractf128_ps(a.v, 1));
+    const __m128 d = _mm_add_ps(c, _mm_movehl_ps(c, c));
+    return _mm_cvtss_f32(_mm_add_ss(d, _mm_shuffle_ps(d, d, 1)));
+  }
+  friend LANE_FN float reduce_min(Vec a) {
+    const __m128 c = _mm_min_ps(_mm256_castps256_ps128(a.v), _mm256_extractf128_ps(a.v, 1));
+    const __m128 d = _mm_min_ps(c, _mm_movehl_ps(c, c));
+    return _mm_cvtss_f32(_mm_min_ss(d, _mm_shuffle_ps(d, d, 1)));
+  }
+  friend LANE_FN float reduce_max(Vec a) {
+    const __m128 c = _mm_max_ps(_mm256_castps256_ps128(a.v), _mm256_extractf128_ps(a.v, 1));
+    const __m128 d = _mm_max_ps(c, _mm_movehl_ps(c, c));
+    return _mm_cvtss_f32(_mm_max_ss(d, _mm_shuffle_ps(d, d, 1)));
+  }
+  friend LANE_FN int compress_store(float* p, M m, Vec a) {
+    // The index of the n-th set bit, as eight bytes, comes from two bit instructions instead of a table.
+    const std::uint32_t b = bits(m);
+    const std::uint64_t spread = _pdep_u64(b, 0x0101010101010101ull) * 0xff;
+    const std::uint64_t index = _pext_u64(0x0706050403020100ull, spread);
+    const __m256i permutation = _mm256_cvtepu8_epi32(_mm_cvtsi64_si128(static_cast<long long>(index)));
+    _mm256_storeu_ps(p, _mm256_permutevar8x32_ps(a.v, permutation));
+    return __builtin_popcount(b);
+  }
+};
+
+template <>
+struct Vec<double, 4> {
+  using M = Mask<double, 4>;
+  __m256d v;
+  Vec() = default;
+  LANE_FN Vec(double s) : v(_mm256_set1_pd(s)) {}
+  LANE_FN Vec(__m256d x) : v(x) {}
+  static LANE_FN Vec load(const double* p) { return _mm256_load_pd(p); }
+  static LANE_FN Vec loadu(const double* p) { return _mm256_loadu_pd(p); }
+  LANE_FN void store(double* p) const { _mm256_store_pd(p, v); }
+  LANE_FN void storeu(double* p) const { _mm256_storeu_pd(p, v); }
+  friend LANE_FN Vec operator+(Vec a, Vec b) { return _mm256_add_pd(a.v, b.v); }
+  friend LANE_FN Vec operator-(Vec a, Vec b) { return _mm256_sub_pd(a.v, b.v); }
+  friend LANE_FN Vec operator*(Vec a, Vec b) { return _mm256_mul_pd(a.v, b.v); }
+  friend LANE_FN Vec operator/(Vec a, Vec b) { return _mm256_div_pd(a.v, b.v); }
+  friend LANE_FN Vec operator-(Vec a) { return _mm256_xor_pd(a.v, _mm256_set1_pd(-0.0)); }
+  friend LANE_FN Vec fma(Vec a, Vec b, Vec c) { return _mm256_fmadd_pd(a.v, b.v, c.v); }
+  friend LANE_FN Vec fnma(Vec a, Vec b, Vec c) { return _mm256_fnmadd_pd(a.v, b.v, c.v); }
+  friend LANE_FN Vec sqrt(Vec a) { return _mm256_sqrt_pd(a.v); }
+  friend LANE_FN Vec abs(Vec a) { return _mm256_andnot_pd(_mm256_set1_pd(-0.0), a.v); }
+  friend LANE_FN Vec min(Vec a, Vec b) { return _mm256_min_pd(a.v, b.v); }
+  friend LANE_FN Vec max(Vec a, Vec b) { return _mm256_max_pd(a.v, b.v); }
+  friend LANE_FN M operator<(Vec a, Vec b) { return {_mm256_cmp_pd(a.v, b.v, _CMP_LT_OQ)}; }
+  friend LANE_FN M operator<=(Vec a, Vec b) { return {_mm256_cmp_pd(a.v, b.v, _CMP_LE_OQ)}; }
+  friend LANE_FN M operator>(Vec a, Vec b) { return {_mm256_cmp_pd(a.v, b.v, _CMP_GT_OQ)}; }
+  friend LANE_FN M operator>=(Vec a, Vec b) { return {_mm256_cmp_pd(a.v, b.v, _CMP_GE_OQ)}; }
+  friend LANE_FN Vec select(M m, Vec a, Vec b) { return _mm256_blendv_pd(b.v, a.v, m.m); }
+};
+
+LANE_FN Vec<double, 8> to_double(Vec<float, 8> a) {
+  return {Vec<double, 4>(_mm256_cvtps_pd(_mm256_castps256_ps128(a.v))),
+          Vec<double, 4>(_mm256_cvtps_pd(_mm256_extractf128_ps(a.v, 1)))};
+}
+LANE_FN Vec<double, 8> low_double(Vec<float, 16> a) { return to_double(a.lo); }
+LANE_FN Vec<double, 8> high_double(Vec<float, 16> a) { return to_double(a.hi); }
+
+}  // namespace handhold::HANDHOLD_LANE

@@ -1,0 +1,101 @@
+// Native packs of AVX-512: 16 floats, 8 doubles. Included by lane.h.
+#pragma once
+#include <immintrin.h>
+
+namespace handhold::HANDHOLD_LANE {
+
+template <>
+struct Mask<float, 16> {
+  __mmask16 m;
+  friend LANE_FN Mask operator&(Mask a, Mask b) { return {static_cast<__mmask16>(a.m & b.m)}; }
+  friend LANE_FN Mask operator|(Mask a, Mask b) { return {static_cast<__mmask16>(a.m | b.m)}; }
+  friend LANE_FN Mask operator~(Mask a) { return {static_cast<__mmask16>(~a.m)}; }
+  friend LANE_FN std::uint32_t bits(Mask a) { return a.m; }
+  friend LANE_FN bool any(Mask a) { return a.m != 0; }
+};
+template <>
+struct Mask<double, 8> {
+  __mmask8 m;
+  friend LANE_FN Mask operator&(Mask a, Mask b) { return {static_cast<__mmask8>(a.m & b.m)}; }
+  friend LANE_FN Mask operator|(Mask a, Mask b) { return {static_cast<__mmask8>(a.m | b.m)}; }
+  friend LANE_FN Mask operator~(Mask a) { return {static_cast<__mmask8>(~a.m)}; }
+  friend LANE_FN std::uint32_t bits(Mask a) { return a.m; }
+  friend LANE_FN bool any(Mask a) { return a.m != 0; }
+};
+
+template <>
+struct Vec<float, 16> {
+  using M = Mask<float, 16>;
+  __m512 v;
+  Vec() = default;
+  LANE_FN Vec(float s) : v(_mm512_set1_ps(s)) {}
+  LANE_FN Vec(__m512 x) : v(x) {}
+  static LANE_FN Vec load(const float* p) { return _mm512_load_ps(p); }
+  static LANE_FN Vec loadu(const float* p) { return _mm512_loadu_ps(p); }
+  LANE_FN void store(float* p) const { _mm512_store_ps(p, v); }
+  LANE_FN void storeu(float* p) const { _mm512_storeu_ps(p, v); }
+  friend LANE_FN Vec operator+(Vec a, Vec b) { return _mm512_add_ps(a.v, b.v); }
+  friend LANE_FN Vec operator-(Vec a, Vec b) { return _mm512_sub_ps(a.v, b.v); }
+  friend LANE_FN Vec operator*(Vec a, Vec b) { return _mm512_mul_ps(a.v, b.v); }
+  friend LANE_FN Vec operator/(Vec a, Vec b) { return _mm512_div_ps(a.v, b.v); }
+  friend LANE_FN Vec operator-(Vec a) { return _mm512_xor_ps(a.v, _mm512_set1_ps(-0.0f)); }
+  friend LANE_FN Vec fma(Vec a, Vec b, Vec c) { return _mm512_fmadd_ps(a.v, b.v, c.v); }
+  friend LANE_FN Vec fnma(Vec a, Vec b, Vec c) { return _mm512_fnmadd_ps(a.v, b.v, c.v); }
+  friend LANE_FN Vec sqrt(Vec a) { return _mm512_sqrt_ps(a.v); }
+  friend LANE_FN Vec abs(Vec a) { return _mm512_abs_ps(a.v); }
+  friend LANE_FN Vec min(Vec a, Vec b) { return _mm512_min_ps(a.v, b.v); }
+  friend LANE_FN Vec max(Vec a, Vec b) { return _mm512_max_ps(a.v, b.v); }
+  friend LANE_FN M operator<(Vec a, Vec b) { return {_mm512_cmp_ps_mask(a.v, b.v, _CMP_LT_OQ)}; }
+  friend LANE_FN M operator<=(Vec a, Vec b) { return {_mm512_cmp_ps_mask(a.v, b.v, _CMP_LE_OQ)}; }
+  friend LANE_FN M operator>(Vec a, Vec b) { return {_mm512_cmp_ps_mask(a.v, b.v, _CMP_GT_OQ)}; }
+  friend LANE_FN M operator>=(Vec a, Vec b) { return {_mm512_cmp_ps_mask(a.v, b.v, _CMP_GE_OQ)}; }
+  friend LANE_FN Vec select(M m, Vec a, Vec b) { return _mm512_mask_mov_ps(b.v, m.m, a.v); }
+  friend LANE_FN float reduce_add(Vec a) {
+    const __m256 b = _mm256_add_ps(_mm512_castps512_ps256(a.v), _mm512_extractf32x8_ps(a.v, 1));
+    const __m128 c = _mm_add_ps(_mm256_castps256_ps128(b), _mm256_extractf128_ps(b, 1));
+    const __m128 d = _mm_add_ps(c, _mm_movehl_ps(c, c));
+    return _mm_cvtss_f32(_mm_add_ss(d, _mm_shuffle_ps(d, d, 1)));
+  }
+  friend LANE_FN float reduce_min(Vec a) { return _mm512_reduce_min_ps(a.v); }
+  friend LANE_FN float reduce_max(Vec a) { return _mm512_reduce_max_ps(a.v); }
+  friend LANE_FN int compress_store(float* p, M m, Vec a) {
+    // A full-width store of the compressed register is far cheaper than a masked one.
+    _mm512_storeu_ps(p, _mm512_maskz_compress_ps(m.m, a.v));
+    return __builtin_popcount(m.m);
+  }
+};
+
+template <>
+struct Vec<double, 8> {
+  using M = Mask<double, 8>;
+  __m512d v;
+  Vec() = default;
+  LANE_FN Vec(double s) : v(_mm512_set1_pd(s)) {}
+  LANE_FN Vec(__m512d x) : v(x) {}
+  static LANE_FN Vec load(const double* p) { return _mm512_load_pd(p); }
+  static LANE_FN Vec loadu(const double* p) { return _mm512_loadu_pd(p); }
+  LANE_FN void store(double* p) const { _mm512_store_pd(p, v); }
+  LANE_FN void storeu(double* p) const { _mm512_storeu_pd(p, v); }
+  friend LANE_FN Vec operator+(Vec a, Vec b) { return _mm512_add_pd(a.v, b.v); }
+  friend LANE_FN Vec operator-(Vec a, Vec b) { return _mm512_sub_pd(a.v, b.v); }
+  friend LANE_FN Vec operator*(Vec a, Vec b) { return _mm512_mul_pd(a.v, b.v); }
+  friend LANE_FN Vec operator/(Vec a, Vec b) { return _mm512_div_pd(a.v, b.v); }
+  friend LANE_FN Vec operator-(Vec a) { return _mm512_xor_pd(a.v, _mm512_set1_pd(-0.0)); }
+  friend LANE_FN Vec fma(Vec a, Vec b, Vec c) { return _mm512_fmadd_pd(a.v, b.v, c.v); }
+  friend LANE_FN Vec fnma(Vec a, Vec b, Vec c) { return _mm512_fnmadd_pd(a.v, b.v, c.v); }
+  friend LANE_FN Vec sqrt(Vec a) { return _mm512_sqrt_pd(a.v); }
+  friend LANE_FN Vec abs(Vec a) { return _mm512_abs_pd(a.v); }
+  friend LANE_FN Vec min(Vec a, Vec b) { return _mm512_min_pd(a.v, b.v); }
+  friend LANE_FN Vec max(Vec a, Vec b) { return _mm512_max_pd(a.v, b.v); }
+  friend LANE_FN M operator<(Vec a, Vec b) { return {_mm512_cmp_pd_mask(a.v, b.v, _CMP_LT_OQ)}; }
+  friend LANE_FN M operator<=(Vec a, Vec b) { return {_mm512_cmp_pd_mask(a.v, b.v, _CMP_LE_OQ)}; }
+  friend LANE_FN M operator>(Vec a, Vec b) { return {_mm512_cmp_pd_mask(a.v, b.v, _CMP_GT_OQ)}; }
+  friend LANE_FN M operator>=(Vec a, Vec b) { return {_mm512_cmp_pd_mask(a.v, b.v, _CMP_GE_OQ)}; }
+  friend LANE_FN Vec select(M m, Vec a, Vec b) { return _mm512_mask_mov_pd(b.v, m.m, a.v); }
+};
+
+/// The two halves of a pack of floats as doubles.
+LANE_FN Vec<double, 8> low_double(Vec<float, 16> a) { return _mm512_cvtps_pd(_mm512_castps512_ps256(a.v)); }
+LANE_FN Vec<double, 8> high_double(Vec<float, 16> a) { return _mm512_cvtps_pd(_mm512_extractf32x8_ps(a.v, 1)); }
+
+}  // namespace handhold::HANDHOLD_LANE

@@ -1,0 +1,383 @@
+// Moments of neighbourhoods up to degree 4.
+//
+// Float sums are fast but lose the axis where a surface is smooth and dense. Two measures keep it: sums are carried to
+// double every `kChunk` vectors, and the points' height is taken over a rough tangent plane, so that the small numbers
+// that decide the fit are summed as small numbers. The plane comes from the sums that each tile carries; it is a shear
+// along the coordinate axis nearest its normal (two fused multiply-adds a point, where a rotation would take nine), and
+// the shear is undone exactly, in double, on the moments.
+//
+// Three phases for sixteen neighbourhoods at a time: cull boxes and add up tile sums; rough planes, one neighbourhood a
+// lane; then the points, compacted where a tile crosses the ball, in two passes over the 34 sums because the registers
+// do not hold them all at once.
+#pragma once
+
+#include "kernels.h"
+#include "lane.h"
+#include "moment_shift.h"
+#include "neighbours.h"
+
+namespace handhold::HANDHOLD_LANE {
+
+inline constexpr int kChunk = 16;         ///< vectors of 16 points summed in float before they are carried to double
+inline constexpr int kSubBatch = 16;      ///< neighbourhoods per round of the three phases
+inline constexpr int kBufferVectors = 64;  ///< compacted boundary points held at once
+
+#if defined(HANDHOLD_ISA_AVX512)
+inline constexpr int kSumLanes = 16;  ///< lanes of one accumulator: what a register holds
+#elif defined(HANDHOLD_ISA_AVX2)
+inline constexpr int kSumLanes = 8;
+#else
+inline constexpr int kSumLanes = 4;
+#endif
+using Sum = Vec<float, kSumLanes>;
+
+/// What the kernel keeps between its phases; followed in memory by kSubBatch * blocks BlockHits.
+struct alignas(64) MomentScratch {
+  float sums[kSubBatch][16];           ///< tile sums: n, x y z, xx xy xz yy yz zz about the sample
+  float plane[3][kSubBatch];           ///< height axis, shear a, shear b: height = w - a u - b v
+  float residual2[kSubBatch];          ///< mean squared distance from the plane (m^2)
+  std::int32_t hits[kSubBatch];        ///< number of BlockHits
+  double total[kSubBatch][40];
+  double carry[40][8];                 ///< double sums, eight partial ones each
+  const float* inside[kChunk];
+  float buffer[3][kBufferVectors * 16 + 16];
+};
+
+// ---- Phase 1: cull, and add up the tiles whose mean lies in the ball ----------------------------------------------
+
+LANE_FN std::int32_t cull(const kernels::Tiles& tiles, const kernels::Candidates& candidates, const float* centre,
+                          float radius, BlockHit* hits, float* sums) {
+  const Ball ball(centre, radius);
+  F16 s[10];
+#pragma GCC unroll 10
+  for (int i = 0; i < 10; ++i) s[i] = F16(0.0f);
+  std::int32_t n = 0;
+  visit_blocks(tiles, candidates, ball, [&](BlockHit hit) __attribute__((always_inline)) {
+    hits[n++] = hit;
+    const float* t = tiles.sums + static_cast<std::size_t>(hit.block) * 160;
+    const F16 x = F16::load(t + 16) - ball.x, y = F16::load(t + 32) - ball.y, z = F16::load(t + 48) - ball.z;
+    const M16 in = squared_norm(x, y, z) <= ball.r2;
+    const F16 zero(0.0f);
+    const F16 w = select(in, F16::load(t), zero);
+    // An empty tile's mean is kFar: its products must not reach the sums as 0 * infinity.
+    const F16 xi = select(in, x, zero), yi = select(in, y, zero), zi = select(in, z, zero);
+    const F16 wx = w * xi, wy = w * yi, wz = w * zi;
+    s[0] = s[0] + w, s[1] = s[1] + wx, s[2] = s[2] + wy, s[3] = s[3] + wz;
+    s[4] = fma(wx, xi, s[4]) + select(in, F16::load(t + 64), zero);
+    s[5] = fma(wx, yi, s[5]) + select(in, F16::load(t + 80), zero);
+    s[6] = fma(wx, zi, s[6]) + select(in, F16::load(t + 96), zero);
+    s[7] = fma(wy, yi, s[7]) + select(in, F16::load(t + 112), zero);
+    s[8] = fma(wy, zi, s[8]) + select(in, F16::load(t + 128), zero);
+    s[9] = fma(wz, zi, s[9]) + select(in, F16::load(t + 144), zero);
+  });
+#pragma GCC unroll 10
+  for (int i = 0; i < 10; ++i) sums[i] = reduce_add(s[i]);
+  return n;
+}
+
+// ---- Phase 2: rough planes, one neighbourhood a lane --------------------------------------------------------------
+
+/// Plane of least squares through the summed tiles: smallest eigenvalue of their covariance by Newton's iteration from
+/// zero (monotone, since all roots are real and not negative), normal from the cross product of two rows.
+LANE_FN void rough_planes(MomentScratch& m, float radius) {
+  alignas(64) float column[10][kSubBatch];
+  for (int i = 0; i < kSubBatch; ++i)
+    for (int k = 0; k < 10; ++k) column[k][i] = m.sums[i][k];
+  const F16 zero(0.0f), one(1.0f);
+  const F16 n = F16::load(column[0]);
+  const F16 inverse = one / max(n, one);
+  const F16 s1 = inverse * F16(1.0f / radius), s2 = s1 * F16(1.0f / radius);
+  const F16 mx = F16::load(column[1]) * s1, my = F16::load(column[2]) * s1, mz = F16::load(column[3]) * s1;
+  const F16 a = fnma(mx, mx, F16::load(column[4]) * s2), b = fnma(mx, my, F16::load(column[5]) * s2);
+  const F16 c = fnma(mx, mz, F16::load(column[6]) * s2), d = fnma(my, my, F16::load(column[7]) * s2);
+  const F16 e = fnma(my, mz, F16::load(column[8]) * s2), f = fnma(mz, mz, F16::load(column[9]) * s2);
+  const F16 trace = a + d + f;
+  const F16 minors = fnma(b, b, a * d) + fnma(c, c, a * f) + fnma(e, e, d * f);
+  const F16 determinant = a * fnma(e, e, d * f) - b * fnma(c, e, b * f) + c * fnma(c, d, b * e);
+  F16 lambda = zero;
+#pragma GCC unroll 1
+  for (int i = 0; i < 8; ++i) {
+    // p = det - lambda minors + lambda^2 trace - lambda^3
+    const F16 p = fnma(minors - lambda * (trace - lambda), lambda, determinant);
+    const F16 slope = minors - lambda * (F16(2.0f) * trace - F16(3.0f) * lambda);
+    lambda = lambda + select(slope > F16(1e-12f), p / max(slope, F16(1e-12f)), zero);
+  }
+  lambda = max(lambda, zero);
+  (lambda * F16(radius * radius)).store(m.residual2);
+  // Normal: the longest cross product of two rows of (C - lambda I).
+  const F16 ra = a - lambda, rd = d - lambda, rf = f - lambda;
+  const F16 x0 = b * e - c * rd, y0 = c * b - ra * e, z0 = ra * rd - b * b;    // row 0 x row 1
+  const F16 x1 = b * rf - c * e, y1 = c * c - ra * rf, z1 = ra * e - b * c;    // row 0 x row 2
+  const F16 x2 = rd * rf - e * e, y2 = e * c - b * rf, z2 = b * e - rd * c;    // row 1 x row 2
+  F16 nx = x0, ny = y0, nz = z0, best = squared_norm(x0, y0, z0);
+  const F16 l1 = squared_norm(x1, y1, z1), l2 = squared_norm(x2, y2, z2);
+  M16 better = l1 > best;
+  nx = select(better, x1, nx), ny = select(better, y1, ny), nz = select(better, z1, nz), best = select(better, l1, best);
+  better = l2 > best;
+  nx = select(better, x2, nx), ny = select(better, y2, ny), nz = select(better, z2, nz), best = select(better, l2, best);
+  const M16 none = ~(best > F16(1e-30f));
+  nx = select(none, zero, nx), ny = select(none, zero, ny), nz = select(none, one, nz);
+  // Height along the coordinate axis nearest the normal; u, v are the other two in cyclic order.
+  const F16 ax = abs(nx), ay = abs(ny), az = abs(nz);
+  const M16 is_z = (az >= ax) & (az >= ay);
+  const M16 is_y = ~is_z & (ay >= ax);
+  const F16 w = select(is_z, nz, select(is_y, ny, nx));
+  const F16 u = select(is_z, nx, select(is_y, nz, ny));
+  const F16 v = select(is_z, ny, select(is_y, nx, nz));
+  select(is_z, F16(2.0f), select(is_y, one, zero)).store(m.plane[0]);
+  (-(u / w)).store(m.plane[1]);
+  (-(v / w)).store(m.plane[2]);
+}
+
+// ---- Phase 3: the points ------------------------------------------------------------------------------------------
+
+/// Sums 0..8 are of degree 1 and 2, 9..18 of degree 3, 19..33 of degree 4, in the order of moment_index less one.
+template <int kFirst, int kLast, int k>
+LANE_FN void add_if(Sum* s, Sum a, Sum b) {
+  if constexpr (k >= kFirst && k < kLast) s[k - kFirst] = fma(a, b, s[k - kFirst]);
+}
+template <int kFirst, int kLast>
+LANE_FN void add_point(Sum* s, Sum x, Sum y, Sum z) {
+  if constexpr (kFirst == 0) s[0] = s[0] + x, s[1] = s[1] + y, s[2] = s[2] + z;
+  add_if<kFirst, kLast, 3>(s, x, x), add_if<kFirst, kLast, 4>(s, x, y), add_if<kFirst, kLast, 5>(s, x, z);
+  add_if<kFirst, kLast, 6>(s, y, y), add_if<kFirst, kLast, 7>(s, y, z), add_if<kFirst, kLast, 8>(s, z, z);
+  if constexpr (kLast > 9) {
+    const Sum xx = x * x, xy = x * y, yy = y * y, zz = z * z;
+    add_if<kFirst, kLast, 9>(s, xx, x), add_if<kFirst, kLast, 10>(s, xx, y), add_if<kFirst, kLast, 11>(s, xx, z);
+    add_if<kFirst, kLast, 12>(s, yy, x), add_if<kFirst, kLast, 13>(s, xy, z), add_if<kFirst, kLast, 14>(s, zz, x);
+    add_if<kFirst, kLast, 15>(s, yy, y), add_if<kFirst, kLast, 16>(s, yy, z), add_if<kFirst, kLast, 17>(s, zz, y);
+    add_if<kFirst, kLast, 18>(s, zz, z);
+    if constexpr (kLast > 19) {
+      const Sum xz = x * z, yz = y * z;
+      add_if<kFirst, kLast, 19>(s, xx, xx), add_if<kFirst, kLast, 20>(s, xx, xy), add_if<kFirst, kLast, 21>(s, xx, xz);
+      add_if<kFirst, kLast, 22>(s, xx, yy), add_if<kFirst, kLast, 23>(s, xx, yz), add_if<kFirst, kLast, 24>(s, xx, zz);
+      add_if<kFirst, kLast, 25>(s, xy, yy), add_if<kFirst, kLast, 26>(s, yy, xz), add_if<kFirst, kLast, 27>(s, xy, zz);
+      add_if<kFirst, kLast, 28>(s, xz, zz), add_if<kFirst, kLast, 29>(s, yy, yy), add_if<kFirst, kLast, 30>(s, yy, yz);
+      add_if<kFirst, kLast, 31>(s, yy, zz), add_if<kFirst, kLast, 32>(s, yz, zz), add_if<kFirst, kLast, 33>(s, zz, zz);
+    }
+  }
+}
+
+/// Coordinates of a neighbourhood's frame: u, v, and the height over the rough plane.
+struct HeightFrame {
+  int u, v, w;         ///< offsets of the coordinates in a tile: 0, 16 or 32
+  float cu, cv, cw;    ///< centre
+  float a, b;          ///< height = w - a u - b v
+};
+
+LANE_FN void carry(double (*to)[8], int lane, Sum s) {
+#if defined(HANDHOLD_ISA_AVX512)
+  (void)lane;
+  double* t = *to;
+  ((D8::load(t) + low_double(s)) + high_double(s)).store(t);
+#elif defined(HANDHOLD_ISA_AVX2)
+  (void)lane;
+  double* t = *to;
+  (D8::load(t) + to_double(s)).store(t);
+#else
+  alignas(64) float part[kSumLanes];
+  s.store(part);
+  for (int i = 0; i < kSumLanes; ++i) (*to)[(lane + i) % 8] += static_cast<double>(part[i]);
+#endif
+}
+
+/// Adds the sums [kFirst, kLast) of up to kChunk vectors to the double sums. load(i, lane, x, y, z) gives the i-th vector.
+template <int kFirst, int kLast, class Load>
+LANE_FN void sum_range(int n, double (*total)[8], Load&& load) {
+#pragma GCC unroll 1
+  for (int lane = 0; lane < 16; lane += kSumLanes) {
+    Sum s[kLast - kFirst];
+#pragma GCC unroll 34
+    for (int k = 0; k < kLast - kFirst; ++k) s[k] = Sum(0.0f);
+#pragma GCC unroll 1
+    for (int i = 0; i < n; ++i) {
+      Sum x, y, z;
+      load(i, lane, x, y, z);
+      add_point<kFirst, kLast>(s, x, y, z);
+    }
+#pragma GCC unroll 34
+    for (int k = 0; k < kLast - kFirst; ++k) carry(total + kFirst + k, lane, s[k]);
+  }
+}
+/// All 34 sums, in as many passes as keep the accumulators in registers.
+template <class Load>
+LANE_FN void sum_chunk(int n, double (*total)[8], Load&& load) {
+#if defined(HANDHOLD_ISA_AVX512)
+  sum_range<0, 19>(n, total, load);
+  sum_range<19, 34>(n, total, load);
+#else
+  sum_range<0, 9>(n, total, load);
+  sum_range<9, 19>(n, total, load);
+  sum_range<19, 27>(n, total, load);
+  sum_range<27, 34>(n, total, load);
+#endif
+}
+
+LANE_FN void sum_inside(const float* const* tiles, int n, const HeightFrame& frame, double (*total)[8]) {
+  const Sum cu(frame.cu), cv(frame.cv), cw(frame.cw), a(frame.a), b(frame.b);
+  sum_chunk(n, total, [&](int i, int lane, Sum& x, Sum& y, Sum& z) __attribute__((always_inline)) {
+    const float* p = tiles[i] + lane;
+    x = Sum::load(p + frame.u) - cu;
+    y = Sum::load(p + frame.v) - cv;
+    z = fnma(a, x, fnma(b, y, Sum::load(p + frame.w) - cw));
+  });
+}
+LANE_FN void sum_buffer(const MomentScratch& m, int first, int n, double (*total)[8]) {
+  sum_chunk(n, total, [&](int i, int lane, Sum& x, Sum& y, Sum& z) __attribute__((always_inline)) {
+    const int at = (first + i) * 16 + lane;
+    x = Sum::load(m.buffer[0] + at);
+    y = Sum::load(m.buffer[1] + at);
+    z = Sum::load(m.buffer[2] + at);
+  });
+}
+
+/// The sum of eight partial sums for eight entries at once: ((0+1)+(2+3)) + ((4+5)+(6+7)).
+LANE_FN void reduce8(const double (*s)[8], double* out) {
+#if defined(HANDHOLD_ISA_AVX512)
+  __m512d p[4];
+  for (int i = 0; i < 4; ++i) {
+    const __m512d a = _mm512_load_pd(s[2 * i]), b = _mm512_load_pd(s[2 * i + 1]);
+    p[i] = _mm512_add_pd(_mm512_unpacklo_pd(a, b), _mm512_unpackhi_pd(a, b));
+  }
+  const __m512d q0 = _mm512_add_pd(_mm512_shuffle_f64x2(p[0], p[1], 0x88), _mm512_shuffle_f64x2(p[0], p[1], 0xdd));
+  const __m512d q1 = _mm512_add_pd(_mm512_shuffle_f64x2(p[2], p[3], 0x88), _mm512_shuffle_f64x2(p[2], p[3], 0xdd));
+  _mm512_storeu_pd(out, _mm512_add_pd(_mm512_shuffle_f64x2(q0, q1, 0x88), _mm512_shuffle_f64x2(q0, q1, 0xdd)));
+#else
+  for (int i = 0; i < 8; ++i) {
+    const double* v = s[i];
+    out[i] = ((v[0] + v[1]) + (v[2] + v[3])) + ((v[4] + v[5]) + (v[6] + v[7]));
+  }
+#endif
+}
+
+/// Sums of one neighbourhood in its height frame: out[0] = n, out[1..34] as add_point. Returns n.
+LANE_FN std::int32_t sum_neighbourhood(const kernels::Tiles& tiles, const BlockHit* hits, std::int32_t n_hits,
+                                       const float* centre, float radius, const HeightFrame& frame, MomentScratch& m,
+                                       double* out) {
+  for (int k = 0; k < 40; ++k) D8(0.0).store(m.carry[k]);
+  const F16 cu(frame.cu), cv(frame.cv), cw(frame.cw), a(frame.a), b(frame.b);
+  const Ball ball(centre, radius);
+  int n_inside = 0, n_buffer = 0;
+  std::int32_t count = 0;
+  for (std::int32_t h = 0; h < n_hits; ++h) {
+    const BlockHit hit = hits[h];
+    for (std::uint32_t rest = hit.inside; rest; rest &= rest - 1) {
+      m.inside[n_inside++] = tile_points(tiles, hit.block, __builtin_ctz(rest));
+      if (n_inside == kChunk) {
+        sum_inside(m.inside, kChunk, frame, m.carry);
+        count += kChunk * 16;
+        n_inside = 0;
+      }
+    }
+    for (std::uint32_t rest = hit.boundary; rest; rest &= rest - 1) {
+      const float* p = tile_points(tiles, hit.block, __builtin_ctz(rest));
+      const F16 dx = F16::load(p) - ball.x, dy = F16::load(p + 16) - ball.y, dz = F16::load(p + 32) - ball.z;
+      const M16 in = squared_norm(dx, dy, dz) <= ball.r2;
+      const F16 u = F16::load(p + frame.u) - cu, v = F16::load(p + frame.v) - cv;
+      const F16 w = fnma(a, u, fnma(b, v, F16::load(p + frame.w) - cw));
+      compress_store(m.buffer[0] + n_buffer, in, u);
+      compress_store(m.buffer[1] + n_buffer, in, v);
+      n_buffer += compress_store(m.buffer[2] + n_buffer, in, w);
+    }
+    // A block adds at most 256 points.
+    if (n_buffer > (kBufferVectors - 16) * 16) {
+      int done = 0;
+      for (; (done + kChunk) * 16 <= n_buffer; done += kChunk) sum_buffer(m, done, kChunk, m.carry);
+      count += done * 16;
+      const int left = n_buffer - done * 16;
+      for (int i = 0; i < left; i += 16) {
+        for (int k = 0; k < 3; ++k) F16::load(m.buffer[k] + done * 16 + i).store(m.buffer[k] + i);
+      }
+      n_buffer = left;
+    }
+  }
+  if (n_inside) sum_inside(m.inside, n_inside, frame, m.carry);
+  // Zeros add nothing to any sum: the last vector is filled up with them.
+  for (int k = 0; k < 3; ++k) F16(0.0f).storeu(m.buffer[k] + n_buffer);
+  for (int done = 0; done * 16 < n_buffer; done += kChunk) {
+    const int vectors = (n_buffer + 15) / 16 - done;
+    sum_buffer(m, done, vectors < kChunk ? vectors : kChunk, m.carry);
+  }
+  count += n_inside * 16 + n_buffer;
+  out[0] = static_cast<double>(count);
+  double reduced[40];
+  for (int k = 0; k < 40; k += 8) reduce8(m.carry + k, reduced + k);
+  for (int k = 0; k < 34; ++k) out[1 + k] = reduced[k];
+  return count;
+}
+
+/// Undoes the shear, scales by the radius and writes the moments of up to kSubBatch neighbourhoods.
+LANE_FN void finish_moments(MomentScratch& m, int n, float radius, kernels::Moments* const* out) {
+  alignas(64) double column[kernels::kMoments][kSubBatch];
+  alignas(64) double shear[2][kSubBatch];
+  for (int i = 0; i < kSubBatch; ++i) {
+    const int from = i < n ? i : 0;
+    for (int k = 0; k < kernels::kMoments; ++k) column[k][i] = m.total[from][k];
+    shear[0][i] = static_cast<double>(m.plane[1][from]);
+    shear[1][i] = static_cast<double>(m.plane[2][from]);
+  }
+  const double s = 1.0 / static_cast<double>(radius);
+  const double scale[5] = {1.0, s, s * s, s * s * s, s * s * s * s};
+#pragma GCC unroll 1
+  for (int lane = 0; lane < kSubBatch; lane += 8) {
+    D8 v[kernels::kMoments];
+#pragma GCC unroll 35
+    for (int k = 0; k < kernels::kMoments; ++k) {
+      v[k] = D8::load(column[k] + lane) * D8(scale[k == 0 ? 0 : k < 4 ? 1 : k < 10 ? 2 : k < 20 ? 3 : 4]);
+    }
+    shear_moments(v, D8::load(shear[0] + lane), D8::load(shear[1] + lane));
+#pragma GCC unroll 35
+    for (int k = 0; k < kernels::kMoments; ++k) v[k].store(column[k] + lane);
+  }
+  for (int i = 0; i < n; ++i)
+    for (int k = 0; k < kernels::kMoments; ++k) out[i]->sum[k] = column[k][i];
+}
+
+/// kernels::Kernels::moments
+LANE_FN void neighbourhood_moments(const kernels::Tiles& tiles, const kernels::Candidates& candidates,
+                                   const kernels::NeighbourhoodBatch& batch, void* memory, kernels::Moments* out) {
+  MomentScratch& m = *static_cast<MomentScratch*>(memory);
+  BlockHit* const hits = reinterpret_cast<BlockHit*>(static_cast<char*>(memory) + sizeof(MomentScratch));
+  const std::int32_t capacity = tiles.blocks;
+  for (std::int32_t first = 0; first < batch.n; first += kSubBatch) {
+    const int n = batch.n - first < kSubBatch ? batch.n - first : kSubBatch;
+    for (int i = 0; i < n; ++i) {
+      m.hits[i] = cull(tiles, candidates, batch.centre + 3 * (first + i), batch.radius,
+                       hits + static_cast<std::size_t>(i) * static_cast<std::size_t>(capacity), m.sums[i]);
+    }
+    for (int i = n; i < kSubBatch; ++i)
+      for (int k = 0; k < 16; ++k) m.sums[i][k] = 0.0f;
+    rough_planes(m, batch.radius);
+
+    kernels::Moments* summed[kSubBatch];
+    int n_summed = 0;
+    for (int i = 0; i < n; ++i) {
+      kernels::Moments& to = out[first + i];
+      const float* c = batch.centre + 3 * (first + i);
+      to.skipped = 0;
+      // Twelve points are enough to tell a plane; fewer go on and are judged by their exact number.
+      if (m.sums[i][0] >= 12.0f && m.residual2[i] < batch.flat_rms * batch.flat_rms) {
+        to.skipped = 1;
+        to.count = static_cast<std::int32_t>(m.sums[i][0]);
+        continue;
+      }
+      const int w = static_cast<int>(m.plane[0][i]), u = (w + 1) % 3, v = (w + 2) % 3;
+      // The plane's entries move along with the sums when neighbourhoods in between are skipped.
+      const float a = m.plane[1][i], b = m.plane[2][i];
+      const HeightFrame frame = {16 * u, 16 * v, 16 * w, c[u], c[v], c[w], a, b};
+      to.count = sum_neighbourhood(tiles, hits + static_cast<std::size_t>(i) * static_cast<std::size_t>(capacity),
+                                   m.hits[i], c, batch.radius, frame, m, m.total[n_summed]);
+      if (to.count < batch.min_points) {
+        to.skipped = 1;
+        continue;
+      }
+      for (int k = 0; k < 9; ++k) to.R_frame_cloud[k] = 0.0;
+      to.R_frame_cloud[u] = to.R_frame_cloud[3 + v] = to.R_frame_cloud[6 + w] = 1.0;
+      m.plane[1][n_summed] = a, m.plane[2][n_summed] = b;
+      summed[n_summed++] = &to;
+    }
+    if (n_summed) finish_moments(m, n_summed, batch.radius, summed);
+  }
+}
+
+}  // namespace handhold::HANDHOLD_LANE

@@ -1,0 +1,91 @@
+// Which tiles a ball touches: blocks, then the tiles of a block, sixteen boxes at a time.
+#pragma once
+
+#include "kernels.h"
+#include "lane.h"
+
+namespace handhold::HANDHOLD_LANE {
+
+/// The tests on boxes allow for rounding so that they never contradict the test on points: a box counts as outside only
+/// beyond, and as inside only within, the radius by more than the rounding of a squared distance.
+inline constexpr float kOutside = 1.0f + 2e-6f;
+inline constexpr float kInside = 1.0f - 2e-6f;
+
+struct Ball {
+  F16 x, y, z;
+  F16 r2, r2_outside, r2_inside;
+  LANE_FN Ball(const float* c, float r)
+      : x(c[0]), y(c[1]), z(c[2]), r2(r * r), r2_outside(r * r * kOutside), r2_inside(r * r * kInside) {}
+};
+
+/// Squared distance of points (dx, dy, dz) from the centre; the one expression that decides who is a neighbour.
+LANE_FN F16 squared_norm(F16 dx, F16 dy, F16 dz) { return fma(dx, dx, fma(dy, dy, dz * dz)); }
+
+struct BoxHits {
+  std::uint32_t touched, inside;
+};
+
+/// Tests sixteen boxes (low x, y, z, high x, y, z; `stride` floats apart) against a ball.
+LANE_FN BoxHits test_boxes(const float* const* box, std::size_t at, const Ball& ball) {
+  const F16 zero(0.0f);
+  const F16 ax = F16::load(box[0] + at) - ball.x, bx = ball.x - F16::load(box[3] + at);
+  const F16 ay = F16::load(box[1] + at) - ball.y, by = ball.y - F16::load(box[4] + at);
+  const F16 az = F16::load(box[2] + at) - ball.z, bz = ball.z - F16::load(box[5] + at);
+  // Nearest point of the box: positive parts; farthest corner: the more negative side.
+  const F16 nx = max(max(ax, bx), zero), ny = max(max(ay, by), zero), nz = max(max(az, bz), zero);
+  const F16 fx = min(ax, bx), fy = min(ay, by), fz = min(az, bz);
+  const M16 touched = squared_norm(nx, ny, nz) <= ball.r2_outside;
+  const M16 inside = squared_norm(fx, fy, fz) <= ball.r2_inside;
+  return {bits(touched), bits(inside & touched)};
+}
+
+/// A block that a ball touches: masks of its tiles.
+struct BlockHit {
+  std::uint32_t block;
+  std::uint16_t boundary;  ///< tiles whose points must be tested one by one
+  std::uint16_t inside;    ///< tiles of 16 points that lie wholly within
+};
+
+/// Calls visit(BlockHit) for every block with a touched tile, in the order of the candidates.
+template <class Visit>
+LANE_FN void visit_blocks(const kernels::Tiles& tiles, const kernels::Candidates& candidates, const Ball& ball,
+                          Visit&& visit) {
+  for (std::int32_t i = 0; i < candidates.padded; i += 16) {
+    std::uint32_t blocks = test_boxes(candidates.boxes, static_cast<std::size_t>(i), ball).touched;
+    while (blocks) {
+      const std::uint32_t block = candidates.block[i + __builtin_ctz(blocks)];
+      blocks &= blocks - 1;
+      const float* b = tiles.boxes + static_cast<std::size_t>(block) * 96;
+      const float* const rows[6] = {b, b + 16, b + 32, b + 48, b + 64, b + 80};
+      const BoxHits hits = test_boxes(rows, 0, ball);
+      if (!hits.touched) continue;
+      const std::uint32_t inside = hits.inside & tiles.full[block];
+      visit(BlockHit{block, static_cast<std::uint16_t>(hits.touched & ~inside), static_cast<std::uint16_t>(inside)});
+    }
+  }
+}
+
+/// Start of a tile's x16 | y16 | z16.
+LANE_FN const float* tile_points(const kernels::Tiles& tiles, std::uint32_t block, int tile) {
+  return tiles.points + (static_cast<std::size_t>(block) * 16 + static_cast<std::size_t>(tile)) * 48;
+}
+
+/// kernels::Kernels::collect
+LANE_FN std::int32_t collect_points(const kernels::Tiles& tiles, const kernels::Candidates& candidates,
+                                    const float* centre, float radius, float* x, float* y, float* z) {
+  const Ball ball(centre, radius);
+  std::int32_t n = 0;
+  visit_blocks(tiles, candidates, ball, [&](BlockHit hit) __attribute__((always_inline)) {
+    for (std::uint32_t rest = static_cast<std::uint32_t>(hit.boundary | hit.inside); rest; rest &= rest - 1) {
+      const float* p = tile_points(tiles, hit.block, __builtin_ctz(rest));
+      const F16 dx = F16::load(p) - ball.x, dy = F16::load(p + 16) - ball.y, dz = F16::load(p + 32) - ball.z;
+      const M16 in = squared_norm(dx, dy, dz) <= ball.r2;
+      compress_store(x + n, in, dx);
+      compress_store(y + n, in, dy);
+      n += compress_store(z + n, in, dz);
+    }
+  });
+  return n;
+}
+
+}  // namespace handhold::HANDHOLD_LANE

@@ -1,0 +1,188 @@
+// Cylindrical shell with a gap for the fingers (paper, section 3.2), in closed form.
+//
+// The paper steps through radii. Only the order of the points' distances rho from the axis matters: an inner radius r is
+// good when at most k points have rho in the open interval (r, r + gap) and at least m have rho <= r. From any r with
+// more than k points in its gap, r may jump to the (k+1)-th largest of them: every radius passed over still had k+1
+// points in its gap. About three jumps end it, exactly.
+//
+// Most candidates have no gap, and a part of the points proves that: k+1 of *any* subset in every gap is enough to
+// refuse. So an eighth of the tiles is looked at first, then half, then all, each going on from the radius reached.
+#pragma once
+
+#include "kernels.h"
+#include "lane.h"
+#include "neighbours.h"
+
+namespace handhold::HANDHOLD_LANE {
+
+/// Squared distances, padded to a multiple of 16 with kFar.
+struct Rho2 {
+  const float* value;
+  std::int32_t n;
+};
+
+/// Number of values in the open interval (low, high).
+LANE_FN std::int32_t count_between(Rho2 rho2, float low, float high) {
+  std::int32_t n = 0;
+  for (std::int32_t i = 0; i < rho2.n; i += 16) {
+    const F16 v = F16::load(rho2.value + i);
+    n += count((v > F16(low)) & (v < F16(high)));
+  }
+  return n;
+}
+LANE_FN float smallest_above(Rho2 rho2, float low) {
+  F16 best(kernels::kFar);
+  for (std::int32_t i = 0; i < rho2.n; i += 16) {
+    const F16 v = F16::load(rho2.value + i);
+    best = min(select(v > F16(low), v, best), best);
+  }
+  return reduce_min(best);
+}
+LANE_FN float largest_below(Rho2 rho2, float high) {
+  F16 best(-1.0f);
+  for (std::int32_t i = 0; i < rho2.n; i += 16) {
+    const F16 v = F16::load(rho2.value + i);
+    best = max(select(v < F16(high), v, best), best);
+  }
+  return reduce_max(best);
+}
+
+/// The j-th largest value in the open interval (low, high), which holds at least j >= 1 of them. Bisection on the value.
+LANE_FN float jth_largest(Rho2 rho2, float low, float high, std::int32_t j) {
+  if (j == 1) return largest_below(rho2, high);
+  // More than `a`: at least j. More than `b`: fewer than j.
+  float a = low, b = high;
+  for (;;) {
+    const float middle = 0.5f * (a + b);
+    if (!(middle > a && middle < b)) break;
+    const std::int32_t n = count_between(rho2, middle, high);
+    if (n < j) {
+      b = middle;
+    } else {
+      a = middle;
+      if (n == j) break;
+    }
+  }
+  return smallest_above(rho2, a);
+}
+/// The j-th smallest value above `low`; at least j >= 1 values lie in (low, high).
+LANE_FN float jth_smallest(Rho2 rho2, float low, float high, std::int32_t j) {
+  float a = low, b = high;  // below `a`: fewer than j; below `b`: at least j
+  for (;;) {
+    const float middle = 0.5f * (a + b);
+    if (!(middle > a && middle < b)) break;
+    const std::int32_t n = count_between(rho2, low, middle);
+    if (n < j) {
+      a = middle;
+    } else {
+      b = middle;
+      if (n == j) break;
+    }
+  }
+  return largest_below(rho2, b);
+}
+
+/// Smallest squared radius >= r2 with at most k points in its gap; negative when it would exceed `max2`.
+LANE_FN float find_gap(Rho2 rho2, float r2, float gap, float max2, std::int32_t k) {
+  while (r2 <= max2) {
+    const float outer = sqrt(r2) + gap;
+    const float outer2 = outer * outer;
+    if (count_between(rho2, r2, outer2) <= k) return r2;
+    r2 = jth_largest(rho2, r2, outer2, k + 1);
+  }
+  return -1.0f;
+}
+
+/// The shell from all points, starting at the squared radius `r2` below which there is none.
+LANE_FN void shell_from(Rho2 rho2, float r2, const kernels::ShellQuery& q, kernels::ShellResult& result) {
+  const float max2 = q.max_radius * q.max_radius;
+  const float above_max2 = __builtin_nextafterf(max2, __builtin_inff());
+  result = {kernels::kShellNoGap, 0.0f, 0.0f, 0, 0};
+  r2 = find_gap(rho2, r2, q.gap, max2, q.max_gap_points);
+  if (r2 < 0.0f) return;
+  result.status = kernels::kShellEmpty;
+  std::int32_t inner = count_between(rho2, -1.0f, __builtin_nextafterf(r2, __builtin_inff()));
+  if (inner < q.min_inner_points) {
+    if (count_between(rho2, -1.0f, above_max2) < q.min_inner_points) return;
+    r2 = jth_smallest(rho2, -1.0f, above_max2, q.min_inner_points);
+    r2 = find_gap(rho2, r2, q.gap, max2, q.max_gap_points);
+    if (r2 < 0.0f) return;
+    inner = count_between(rho2, -1.0f, __builtin_nextafterf(r2, __builtin_inff()));
+  }
+  result.status = kernels::kShellFound;
+  result.radius = sqrt(r2);
+  result.inner_points = inner;
+  const float outer = result.radius + q.gap, limit = q.max_radius + q.gap;
+  result.gap_points = count_between(rho2, r2, outer * outer);
+  const std::int32_t beyond = count_between(rho2, r2, limit * limit);
+  result.free_to = beyond <= q.max_gap_points ? limit : sqrt(jth_smallest(rho2, r2, limit * limit, q.max_gap_points + 1));
+}
+
+/// kernels::Kernels::shell_gap
+LANE_FN void shell_gap_only(const float* rho2, std::int32_t n, const kernels::ShellQuery& q,
+                            kernels::ShellResult& result) {
+  shell_from({rho2, n}, q.start_radius * q.start_radius, q, result);
+}
+
+/// Boxes that reach into the cylinder of half length `half_width` about the axis: near enough, and in the slab.
+LANE_FN std::uint32_t test_slab(const float* const* box, std::size_t at, const Ball& ball, F16 ax, F16 ay, F16 az,
+                                F16 half_width) {
+  const std::uint32_t touched = test_boxes(box, at, ball).touched;
+  if (!touched) return 0;
+  const F16 half(0.5f);
+  const F16 lx = F16::load(box[0] + at), ly = F16::load(box[1] + at), lz = F16::load(box[2] + at);
+  const F16 hx = F16::load(box[3] + at), hy = F16::load(box[4] + at), hz = F16::load(box[5] + at);
+  const F16 mx = half * (lx + hx) - ball.x, my = half * (ly + hy) - ball.y, mz = half * (lz + hz) - ball.z;
+  const F16 ex = half * (hx - lx), ey = half * (hy - ly), ez = half * (hz - lz);
+  const F16 offset = abs(fma(ax, mx, fma(ay, my, az * mz)));
+  const F16 extent = fma(abs(ax), ex, fma(abs(ay), ey, abs(az) * ez));
+  // A hair of slack for rounding: a box is only ever kept without need.
+  return touched & bits(offset <= (extent + half_width) * F16(1.00001f) + F16(1e-7f));
+}
+
+/// kernels::Kernels::shell. Scratch: 16 * blocks tile addresses, then 256 * blocks + 32 floats.
+LANE_FN void find_shell(const kernels::Tiles& tiles, const kernels::Candidates& candidates, const kernels::ShellQuery& q,
+                        void* scratch, kernels::ShellResult& result) {
+  const float** const list = static_cast<const float**>(scratch);
+  float* const rho2 = reinterpret_cast<float*>(static_cast<char*>(scratch) +
+                                               sizeof(float*) * 16 * static_cast<std::size_t>(tiles.blocks));
+  const float limit = q.max_radius + q.gap;
+  const Ball ball(q.centre, sqrt(limit * limit + q.half_width * q.half_width));
+  const F16 ax(q.axis[0]), ay(q.axis[1]), az(q.axis[2]), width(q.half_width), limit2(limit * limit);
+  std::int32_t n_tiles = 0;
+  for (std::int32_t i = 0; i < candidates.padded; i += 16) {
+    std::uint32_t blocks = test_slab(candidates.boxes, static_cast<std::size_t>(i), ball, ax, ay, az, width);
+    for (; blocks; blocks &= blocks - 1) {
+      const std::uint32_t block = candidates.block[i + __builtin_ctz(blocks)];
+      const float* b = tiles.boxes + static_cast<std::size_t>(block) * 96;
+      const float* const rows[6] = {b, b + 16, b + 32, b + 48, b + 64, b + 80};
+      for (std::uint32_t rest = test_slab(rows, 0, ball, ax, ay, az, width); rest; rest &= rest - 1) {
+        list[n_tiles++] = tile_points(tiles, block, __builtin_ctz(rest));
+      }
+    }
+  }
+  std::int32_t n = 0;
+  const auto add = [&](std::int32_t first, std::int32_t step) __attribute__((always_inline)) {
+    for (std::int32_t i = first; i < n_tiles; i += step) {
+      const float* p = list[i];
+      const F16 dx = F16::load(p) - ball.x, dy = F16::load(p + 16) - ball.y, dz = F16::load(p + 32) - ball.z;
+      const F16 t = fma(ax, dx, fma(ay, dy, az * dz));
+      const F16 r2 = squared_norm(fnma(t, ax, dx), fnma(t, ay, dy), fnma(t, az, dz));
+      n += compress_store(rho2 + n, (abs(t) <= width) & (r2 < limit2), r2);
+    }
+    F16(kernels::kFar).storeu(rho2 + n);
+  };
+  float r2 = q.start_radius * q.start_radius;
+  const float max2 = q.max_radius * q.max_radius;
+  result = {kernels::kShellNoGap, 0.0f, 0.0f, 0, 0};
+  add(0, 8);
+  r2 = find_gap({rho2, n}, r2, q.gap, max2, q.max_gap_points);
+  if (r2 < 0.0f) return;
+  add(2, 8), add(4, 8), add(6, 8);
+  r2 = find_gap({rho2, n}, r2, q.gap, max2, q.max_gap_points);
+  if (r2 < 0.0f) return;
+  add(1, 2);
+  shell_from({rho2, n}, r2, q, result);
+}
+
+}  // namespace handhold::HANDHOLD_LANE
