@@ -1,0 +1,116 @@
+#include "ray_caster.h"
+
+#include <embree3/rtcore.h>
+
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+#include <string>
+
+#include "vec.h"
+
+namespace handhold::sensor {
+namespace {
+
+void validate(const Object& object) {
+  for (const Vector3& v : object.mesh.vertices) {
+    if (!std::isfinite(v[0] + v[1] + v[2])) {
+      throw std::invalid_argument("scene: object '" + object.name +
+                                  "' has a vertex that is not finite; coordinates must be metres");
+    }
+  }
+  for (const auto& t : object.mesh.triangles) {
+    for (std::uint32_t index : t) {
+      if (index >= object.mesh.vertices.size()) {
+        throw std::invalid_argument("scene: object '" + object.name + "' has vertex index " + std::to_string(index) +
+                                    " in a triangle; it has " + std::to_string(object.mesh.vertices.size()) +
+                                    " vertices");
+      }
+    }
+  }
+}
+
+RTCRay make_ray(const Vector3& origin, const Vector3& direction, float to) {
+  RTCRay ray = {};
+  ray.org_x = static_cast<float>(origin[0]);
+  ray.org_y = static_cast<float>(origin[1]);
+  ray.org_z = static_cast<float>(origin[2]);
+  ray.dir_x = static_cast<float>(direction[0]);
+  ray.dir_y = static_cast<float>(direction[1]);
+  ray.dir_z = static_cast<float>(direction[2]);
+  ray.tnear = 0;
+  ray.tfar = to;
+  ray.mask = ~0u;
+  return ray;
+}
+
+}  // namespace
+
+struct RayCaster::Impl {
+  RTCDevice device = nullptr;
+  RTCScene scene = nullptr;
+  ~Impl() {
+    if (scene) rtcReleaseScene(scene);
+    if (device) rtcReleaseDevice(device);
+  }
+};
+
+RayCaster::RayCaster(const Scene& scene) : impl_(std::make_unique<Impl>()) {
+  for (const Object& object : scene.objects) validate(object);
+  impl_->device = rtcNewDevice(nullptr);
+  if (!impl_->device) throw std::runtime_error("sensor: Embree gives no device; is the library for this machine?");
+  impl_->scene = rtcNewScene(impl_->device);
+  // Robust: a ray through a shared edge must not slip between its two triangles.
+  rtcSetSceneFlags(impl_->scene, RTC_SCENE_FLAG_ROBUST);
+  for (std::size_t i = 0; i < scene.objects.size(); ++i) {
+    const Mesh& mesh = scene.objects[i].mesh;
+    if (mesh.triangles.empty()) continue;
+    RTCGeometry geometry = rtcNewGeometry(impl_->device, RTC_GEOMETRY_TYPE_TRIANGLE);
+    auto* vertices = static_cast<float*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
+                                                                 3 * sizeof(float), mesh.vertices.size()));
+    auto* indices = static_cast<std::uint32_t*>(rtcSetNewGeometryBuffer(
+        geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 3 * sizeof(std::uint32_t), mesh.triangles.size()));
+    if (!vertices || !indices) {
+      rtcReleaseGeometry(geometry);
+      throw std::runtime_error("sensor: Embree has no memory for object '" + scene.objects[i].name + "'");
+    }
+    for (const Vector3& v : mesh.vertices) {
+      for (double value : v) *vertices++ = static_cast<float>(value);
+    }
+    for (const auto& t : mesh.triangles) {
+      for (std::uint32_t value : t) *indices++ = value;
+    }
+    rtcCommitGeometry(geometry);
+    rtcAttachGeometryByID(impl_->scene, geometry, static_cast<unsigned>(i));
+    rtcReleaseGeometry(geometry);
+  }
+  rtcCommitScene(impl_->scene);
+  if (rtcGetDeviceError(impl_->device) != RTC_ERROR_NONE) {
+    throw std::runtime_error("sensor: Embree could not build the scene");
+  }
+}
+
+RayCaster::~RayCaster() = default;
+
+std::optional<RayHit> RayCaster::cast(const Vector3& origin, const Vector3& direction) const {
+  RTCRayHit query = {};
+  query.ray = make_ray(origin, direction, std::numeric_limits<float>::infinity());
+  query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+  RTCIntersectContext context;
+  rtcInitIntersectContext(&context);
+  rtcIntersect1(impl_->scene, &context, &query);
+  if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) return std::nullopt;
+  const Vector3 normal = {query.hit.Ng_x, query.hit.Ng_y, query.hit.Ng_z};
+  const double cosine = -dot(normal, direction) / (norm(normal) * norm(direction));
+  return RayHit{query.ray.tfar, cosine, static_cast<std::int32_t>(query.hit.geomID)};
+}
+
+bool RayCaster::blocked(const Vector3& from, const Vector3& to) const {
+  RTCRay ray = make_ray(from, to - from, 1);
+  RTCIntersectContext context;
+  rtcInitIntersectContext(&context);
+  rtcOccluded1(impl_->scene, &context, &ray);
+  return ray.tfar < 0;  // Embree's mark for a hit
+}
+
+}  // namespace handhold::sensor
