@@ -6,33 +6,37 @@
 
 namespace handhold {
 
-#define HANDHOLD_DECLARE_TABLE(isa)       \
-  namespace lane_##isa {                  \
-  extern const kernels::Kernels kTable;   \
-  }
-HANDHOLD_DECLARE_TABLE(scalar)
-HANDHOLD_DECLARE_TABLE(avx2)
-HANDHOLD_DECLARE_TABLE(avx512)
-HANDHOLD_DECLARE_TABLE(neon)
-#undef HANDHOLD_DECLARE_TABLE
+namespace lane_scalar {
+void fill_table(kernels::Kernels&);
+}
+namespace lane_avx2 {
+void fill_table(kernels::Kernels&);
+}
+namespace lane_avx512 {
+void fill_table(kernels::Kernels&);
+}
+namespace lane_neon {
+void fill_table(kernels::Kernels&);
+}
 
 namespace kernels {
 namespace {
 
 struct Choice {
-  const Kernels* tables[4] = {};
+  Kernels tables[4] = {};
   const char* names[4] = {};
   int count = 0;
   const Kernels* chosen = nullptr;
   char error[160] = {};
 
-  void add(const Kernels& table) {
-    tables[count] = &table;
-    names[count++] = table.name;
+  void add(void (*fill)(Kernels&)) {
+    fill(tables[count]);
+    names[count] = tables[count].name;
+    ++count;
   }
   const Kernels* find(const char* name) const {
     for (int i = 0; i < count; ++i) {
-      if (std::strcmp(names[i], name) == 0) return tables[i];
+      if (std::strcmp(names[i], name) == 0) return &tables[i];
     }
     return nullptr;
   }
@@ -42,20 +46,20 @@ struct Choice {
 #if defined(HANDHOLD_HAVE_AVX512)
     if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512bw") &&
         __builtin_cpu_supports("avx512vl") && __builtin_cpu_supports("fma") && __builtin_cpu_supports("bmi2")) {
-      add(lane_avx512::kTable);
+      add(lane_avx512::fill_table);
     }
 #endif
 #if defined(HANDHOLD_HAVE_AVX2)
     if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma") && __builtin_cpu_supports("bmi") &&
         __builtin_cpu_supports("bmi2") && __builtin_cpu_supports("popcnt")) {
-      add(lane_avx2::kTable);
+      add(lane_avx2::fill_table);
     }
 #endif
 #if defined(HANDHOLD_HAVE_NEON)
-    add(lane_neon::kTable);
+    add(lane_neon::fill_table);
 #endif
-    add(lane_scalar::kTable);
-    chosen = tables[0];
+    add(lane_scalar::fill_table);
+    chosen = &tables[0];
     const char* wanted = std::getenv("HANDHOLD_ISA");
     if (!wanted || !*wanted) return;
     if (const Kernels* table = find(wanted)) {
