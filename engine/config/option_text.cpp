@@ -32,11 +32,11 @@ struct FromText {
     const std::string_view digits = trimmed(text);
     T value{};
     const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), value);
-    // A negative number for an unsigned field, and one with too many digits, are numbers all the same: say the limits.
-    if (digits.empty() || error != std::errc() || end != digits.data() + digits.size()) {
-      fail(name, text,
-           "a whole number from " + std::to_string(std::numeric_limits<T>::min()) + " to " +
-               std::to_string(std::numeric_limits<T>::max()));
+    if (error == std::errc::result_out_of_range) {
+      fail(name, text, "a whole number of at most " + std::to_string(std::numeric_limits<T>::max()));
+    }
+    if (error != std::errc() || end != digits.data() + digits.size()) {
+      fail(name, text, std::is_unsigned_v<T> ? "a whole number of at least 0" : "a whole number");
     }
     field = value;
   }
@@ -130,22 +130,20 @@ std::vector<std::string> option_names() {
 }
 
 std::string nearest_name(std::string_view name, const std::vector<std::string>& candidates) {
-  std::string nearest;
+  std::string nearest, containing;
   // Beyond a third of the letters wrong, a guess confuses more than it helps.
-  std::size_t least = std::max<std::size_t>(2, name.size() / 3) + 1;
+  std::size_t least = 1 + (name.size() <= 4 ? 1 : std::max<std::size_t>(2, name.size() / 3));
   for (const std::string& candidate : candidates) {
     const std::size_t distance = edit_distance(name, candidate);
-    if (distance >= least) continue;
-    least = distance;
-    nearest = candidate;
+    if (distance < least) {
+      least = distance;
+      nearest = candidate;
+    }
+    const bool contains = name.size() >= 4 && candidate.find(name) != std::string::npos;
+    if (contains && (containing.empty() || candidate.size() < containing.size())) containing = candidate;
   }
-  if (!nearest.empty() || name.size() < 3) return nearest;
-  // "aperture" is meant for "hand_aperture"; the shortest such name is the least far-fetched.
-  for (const std::string& candidate : candidates) {
-    if (candidate.find(name) == std::string::npos) continue;
-    if (nearest.empty() || candidate.size() < nearest.size()) nearest = candidate;
-  }
-  return nearest;
+  // One slip is a slip; otherwise "aperture" means "hand_aperture" rather than "picture".
+  return containing.empty() || (!nearest.empty() && least <= 1) ? nearest : containing;
 }
 
 }  // namespace handhold

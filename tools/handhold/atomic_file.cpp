@@ -24,6 +24,7 @@ std::string folder_of(const std::string& path) {
   switch (error) {
     case ENOENT:
     case ENOTDIR:
+      if (struct stat info{}; ::stat(folder_of(path).c_str(), &info) == 0 && S_ISDIR(info.st_mode)) break;
       advice = "create the folder '" + folder_of(path) + "' first or choose another path";
       break;
     case EACCES:

@@ -57,30 +57,49 @@ std::string flag_of(std::string_view option) {
   return flag;
 }
 
+CLI::Option* add_text_flag(CLI::App& app, const std::string& flag, std::string& target, const std::string& value_name,
+                           const std::string& help, const std::string& group) {
+  return app
+      .add_option_function<std::string>(
+          flag,
+          [flag, &target](const std::string& text) {
+            // "--json --explain" would otherwise write a file of that name.
+            if (text.empty()) throw UsageError(flag + " needs a value, but an empty text follows it");
+            if (text.rfind("--", 0) == 0) throw UsageError(flag + " needs a value, but '" + text + "' follows it");
+            target = text;
+          },
+          help)
+      ->option_text(value_name)
+      ->take_last()
+      ->group(group);
+}
+
 void add_option_flags(CLI::App& app, OptionTexts& texts) {
   const Options defaults;
   visit_options(defaults, [&](const auto& field, const OptionInfo& info) {
-    const std::string name = info.name;
     std::string help = info.help;
     if (*info.unit) help += std::string(" (") + info.unit + ")";
     const std::string standard = default_text(field);
     if (!standard.empty()) help += " [" + standard + "]";
-    app.add_option_function<std::string>(
-           flag_of(name), [&texts, name](const std::string& text) { texts[name] = text; }, help)
-        ->option_text(value_name(field))
-        ->take_last()
-        ->group("Options of the search (also keys of --config)");
+    add_text_flag(app, flag_of(info.name), texts[info.name], value_name(field), help,
+                  "Options of the search (also keys of --config)");
   });
 }
 
 void apply_option_texts(Options& options, const OptionTexts& texts) {
   for (const auto& [name, text] : texts) {
+    if (text.empty()) continue;
     try {
       set_option(options, name, text);
     } catch (const OptionError& error) {
-      throw UsageError(flag_of(name) + ": " + error.what());
+      throw UsageError(with_flag(name, error.what()));
     }
   }
+}
+
+std::string with_flag(const std::string& option, const std::string& message) {
+  if (message.rfind(option + " ", 0) == 0) return flag_of(option) + message.substr(option.size());
+  return flag_of(option) + ": " + message;
 }
 
 std::vector<std::string> join_lists(const std::vector<std::string>& arguments) {
@@ -102,7 +121,8 @@ std::vector<std::string> join_lists(const std::vector<std::string>& arguments) {
 }
 
 void refuse_leftovers(const CLI::App& app) {
-  const std::vector<std::string> leftovers = app.remaining();
+  std::vector<std::string> leftovers = app.remaining();
+  leftovers.erase(std::remove(leftovers.begin(), leftovers.end(), "--"), leftovers.end());
   if (leftovers.empty()) return;
   // An unknown flag's value is left over, too: the flag is the mistake to name.
   auto first = std::find_if(leftovers.begin(), leftovers.end(),
@@ -114,7 +134,7 @@ void refuse_leftovers(const CLI::App& app) {
   std::vector<std::string> known;
   if (is_flag) {
     for (const CLI::Option* option : app.get_options()) {
-      for (const std::string& name : option->get_lnames()) known.push_back("--" + name);
+      for (const std::string& name : option->get_lnames()) known.push_back(name);
     }
   } else {
     for (const CLI::App* subcommand : app.get_subcommands({})) known.push_back(subcommand->get_name());
@@ -124,7 +144,13 @@ void refuse_leftovers(const CLI::App& app) {
                         : wants_subcommand ? "unknown subcommand '"
                                            : "one argument too many: '";
   message += given + "'";
-  const std::string nearest = nearest_name(given, known);
+  std::string nearest;
+  if (!is_flag) {
+    nearest = nearest_name(given, known);
+  } else if (given[1] == '-') {  // one letter is too little to guess from
+    nearest = nearest_name(given.substr(2), known);
+    if (!nearest.empty()) nearest.insert(0, "--");
+  }
   if (!nearest.empty()) message += "; did you mean '" + nearest + "'?";
   const std::string program = app.get_parent() ? app.get_parent()->get_name() + " " + app.get_name() : app.get_name();
   throw UsageError(message + (nearest.empty() ? "; see '" : " See '") + program + " --help'");

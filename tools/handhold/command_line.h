@@ -10,8 +10,12 @@
 
 namespace handhold {
 
-/// Texts that the user gave to option flags, by the option's name (underscores).
+/// Texts that the user gave to option flags, by the option's name (underscores); empty: not given.
 using OptionTexts = std::map<std::string, std::string>;
+
+/// Adds a flag that takes one text, the last one given; an empty text, or another flag in its place, is refused.
+CLI::Option* add_text_flag(CLI::App& app, const std::string& flag, std::string& target, const std::string& value_name,
+                           const std::string& help, const std::string& group);
 
 /// Flag of an option: "hand_aperture" -> "--hand-aperture".
 std::string flag_of(std::string_view option);
@@ -21,6 +25,9 @@ void add_option_flags(CLI::App& app, OptionTexts& texts);
 
 /// Sets the options that were given. @throws UsageError naming the flag, the text and what would be right
 void apply_option_texts(Options& options, const OptionTexts& texts);
+
+/// A message that begins with an option's name, about its flag: "radius = 0: ..." -> "--radius = 0: ...".
+std::string with_flag(const std::string& option, const std::string& message);
 
 /// Joins the numbers after a flag that takes several into one argument ("--radius", "0.01", "0.02" ->
 /// "--radius=0.01 0.02"): otherwise the list would swallow the cloud's name that follows.

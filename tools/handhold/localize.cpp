@@ -1,10 +1,13 @@
 // handhold localize: reads a cloud, finds handles, writes them.
-#include <sys/stat.h>
-
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <memory>
 #include <optional>
+#include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "atomic_file.h"
@@ -38,8 +41,9 @@ struct Arguments {
 void add_flags(CLI::App& app, Arguments& a) {
   app.add_option("CLOUD", a.cloud, "Point cloud, .pcd or .ply (m)")->option_text(" ");
   const auto text = [&app](const char* flag, std::string& target, const char* value, const char* help,
-                           const char* group) {
-    app.add_option(flag, target, help)->option_text(value)->take_last()->group(group);
+                           const char* group) { add_text_flag(app, flag, target, value, help, group); };
+  const auto flag = [&app](const char* name, bool& target, const char* help, const char* group) {
+    app.add_flag(name, target, help)->disable_flag_override()->group(group);
   };
   const char* input = "Input";
   text("--depth", a.depth, "F.png", "Depth image (16-bit gray PNG) instead of CLOUD; needs the next five", input);
@@ -56,13 +60,10 @@ void add_flags(CLI::App& app, Arguments& a) {
   const char* output = "Output";
   text("--json", a.json, "F", "Write the result as JSON; '-' is standard output", output);
   text("--picture", a.picture, "F.png", "Write a picture of the cloud and its handles", output);
-  app.add_flag("--explain", a.explain, "Say which step ended how many samples, and what would change that")
-      ->group(output);
-  app.add_flag("--print-options", a.print_options, "Print the options in effect as TOML for --config, and exit")
-      ->group(output);
+  flag("--explain", a.explain, "Say which step ended how many samples, and what would change that", output);
+  flag("--print-options", a.print_options, "Print the options in effect as TOML for --config, and exit", output);
   text("--repeat", a.repeat, "N", "Run N times after a warm-up: times are medians and 99th percentiles", output);
-  app.add_flag("--no-times", a.no_times, "Leave out what differs from run to run: times, number of threads")
-      ->group(output);
+  flag("--no-times", a.no_times, "Leave out what differs from run to run: times, number of threads", output);
   add_option_flags(app, a.options);
 }
 
@@ -82,7 +83,8 @@ Options effective_options(const Arguments& a) {
     // The message names the option first; say where it was set.
     const std::string message = error.what();
     const std::string name = message.substr(0, message.find_first_not_of("abcdefghijklmnopqrstuvwxyz_0123456789"));
-    if (a.options.count(name)) throw UsageError(flag_of(name) + ": " + message);
+    const auto text = a.options.find(name);
+    if (text != a.options.end() && !text->second.empty()) throw UsageError(with_flag(name, message));
     if (lines.count(name)) throw UsageError(a.config + ", line " + std::to_string(lines.at(name)) + ": " + message);
     throw;
   }
@@ -159,12 +161,13 @@ class Input {
   std::optional<std::optional<Vector3>> viewpoint_;  ///< none: the cloud's own
 };
 
+/// The same place on disk, whether or not something is there yet. Devices may be named twice.
 bool same_file(const std::string& a, const std::string& b) {
-  if (a == b) return true;
-  struct stat info_a {
-  }, info_b{};
-  return ::stat(a.c_str(), &info_a) == 0 && ::stat(b.c_str(), &info_b) == 0 && S_ISREG(info_a.st_mode) &&
-         info_a.st_dev == info_b.st_dev && info_a.st_ino == info_b.st_ino;
+  std::error_code error;
+  if (std::filesystem::is_character_file(a, error)) return false;
+  if (std::filesystem::equivalent(a, b, error)) return true;
+  const std::filesystem::path full_a = std::filesystem::weakly_canonical(std::filesystem::absolute(a), error);
+  return !error && !full_a.empty() && full_a == std::filesystem::weakly_canonical(std::filesystem::absolute(b), error);
 }
 
 /// Refuses output paths that cannot work before anything is computed.
@@ -177,7 +180,7 @@ void check_outputs(const Arguments& a, const std::string& input) {
       throw UsageError(std::string(flag) + " would overwrite the input '" + input + "'; give another name");
     AtomicFile::check_writable(*path);
   }
-  if (!a.json.empty() && same_file(a.json, a.picture)) {
+  if (!a.json.empty() && !a.picture.empty() && same_file(a.json, a.picture)) {
     throw UsageError("--json and --picture both name '" + a.json + "'; give two names");
   }
 }
@@ -198,7 +201,7 @@ double extent(const CloudView& cloud) {
   return side;
 }
 
-/// Null for a cloud that was searched, otherwise why it was not.
+/// Empty for a cloud that was searched, otherwise why it was not.
 std::string why_failed(const std::string& path, const CloudView& cloud, const Options& options, const Result& result) {
   switch (result.status) {
     case Status::kOk:

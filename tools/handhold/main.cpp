@@ -29,16 +29,20 @@ int run(int argc, char** argv) {
   try {
     app.parse(reversed);
   } catch (const CLI::CallForHelp&) {
-    const CLI::App* about = &app;
+    std::string help = app.help();
     for (const Subcommand& subcommand : subcommands) {
-      if (subcommand.app->parsed()) about = subcommand.app;
+      if (subcommand.app->parsed()) help = subcommand.app->help(app.get_name());
     }
-    write_and_flush(stdout, about->help(), "standard output");
+    write_and_flush(stdout, help, "standard output");
     return 0;
   } catch (const CLI::ParseError& error) {
     for (const Subcommand& subcommand : subcommands) refuse_leftovers(*subcommand.app);
     refuse_leftovers(app);
-    throw UsageError(std::string(error.what()) + "; see 'handhold --help'");
+    std::string message = error.what();
+    // Every flag of ours that can lack something lacks its one value.
+    const std::size_t jargon = message.find(": 1 required");
+    if (jargon != std::string::npos) message = message.substr(0, jargon) + " needs a value";
+    throw UsageError(message + "; see '--help'");
   }
   for (const Subcommand& subcommand : subcommands) {
     if (!subcommand.app->parsed()) continue;

@@ -25,57 +25,56 @@ std::string counted(std::int64_t n, const std::string& what) {
   return std::to_string(n) + " " + what + (n == 1 ? "" : "s");
 }
 
+std::string number(double value) {
+  char digits[32];
+  return {digits, std::to_chars(digits, digits + sizeof digits, value).ptr};
+}
+
 /// An option with its value as the user would write it: "reach = 0.05 m".
 std::string setting(const char* name, double value, const char* unit = "") {
-  char digits[32];
-  const std::string text(digits, std::to_chars(digits, digits + sizeof digits, value).ptr);
-  return std::string(name) + " = " + text + (*unit ? " " : "") + unit;
+  return std::string(name) + " = " + number(value) + (*unit ? " " : "") + unit;
 }
 
 struct Step {
   std::int64_t count;
-  std::string what;    ///< completes "samples ..."
-  std::string advice;  ///< the option that would change it
+  std::string what;      ///< completes "N samples ..."
+  std::string settings;  ///< the options that decided it, with their values
+  std::string advice;    ///< what would change it
 };
 
 std::vector<Step> sample_steps(const Options& o, const Funnel& f) {
-  std::string radii = "radius =";
-  for (const double r : o.radius) radii += setting("", r).substr(2);
+  std::string radii;
+  for (const double r : o.radius) radii += (radii.empty() ? "" : " ") + number(r);
   return {
-      {f.too_few_points,
-       "had too few points around them (" + setting("min_neighbours", o.min_neighbours) + ", " + radii + " m)",
+      {f.too_few_points, "had too few points around them",
+       setting("min_neighbours", o.min_neighbours) + ", radius = " + radii + " m",
        "raise --radius or lower --min-neighbours; the cloud is sparse there"},
-      {f.flat, "lay on a plane, a line or a single place",
+      {f.flat, "lay on a plane, a line or a single place", "",
        "no option makes them curved; --workspace keeps samples off tables and walls"},
-      {f.curvature_low, "lay on a surface too flat for the hand (" + setting("reach", o.effective_reach(), "m") + ")",
+      {f.curvature_low, "lay on a surface too flat for the hand", setting("reach", o.effective_reach(), "m"),
        "raise --reach or --hand-aperture if the hand is larger; --workspace keeps samples off tables and walls"},
-      {f.circle_wide,
-       "lay on something wider than the hand opens (" + setting("hand_aperture", o.hand_aperture, "m") + ")",
+      {f.circle_wide, "lay on something wider than the hand opens", setting("hand_aperture", o.hand_aperture, "m"),
        "raise --hand-aperture if the hand opens wider; a smaller --radius fits smaller circles"},
-      {f.circle_narrow,
-       "lay on something narrower than the hand closes (" + setting("hand_minimum", o.hand_minimum, "m") + ")",
+      {f.circle_narrow, "lay on something narrower than the hand closes", setting("hand_minimum", o.hand_minimum, "m"),
        "lower --hand-minimum if the hand closes further"},
-      {f.no_gap,
-       "had no free gap for the fingers around them (" + setting("finger_thickness", o.finger_thickness, "m") + ")",
+      {f.no_gap, "had no free gap for the fingers around them", setting("finger_thickness", o.finger_thickness, "m"),
        "lower --finger-thickness or --finger-width, or raise --shell-gap-area-mm2 for a noisy sensor"},
-      {f.shell_empty,
-       "had a gap, but too little surface within it (" +
-           setting("shell_inner_area_mm2", o.shell_inner_area_mm2, "mm^2") + ")",
+      {f.shell_empty, "had a gap, but too little surface within it",
+       setting("shell_inner_area_mm2", o.shell_inner_area_mm2, "mm^2"),
        "lower --shell-inner-area-mm2 or raise --finger-width"},
   };
 }
 
 std::vector<Step> affordance_steps(const Options& o, const Funnel& f) {
   return {
-      {f.not_aligned,
-       "had too few aligned neighbours (" + setting("handle_min_affordances", o.handle_min_affordances) + ", " +
+      {f.not_aligned, "had too few aligned neighbours",
+       setting("handle_min_affordances", o.handle_min_affordances) + ", " +
            setting("align_angle", o.align_angle, "rad") + ", " + setting("align_offset", o.align_offset, "m") + ", " +
-           setting("align_radius", o.align_radius, "m") + ")",
+           setting("align_radius", o.align_radius, "m"),
        "raise --samples, --align-angle, --align-offset or --align-radius, or lower --handle-min-affordances"},
-      {f.too_short,
-       "stood in a row too short for a handle (" + setting("handle_min_length", o.handle_min_length, "m") + ")",
+      {f.too_short, "stood in a row too short for a handle", setting("handle_min_length", o.handle_min_length, "m"),
        "lower --handle-min-length, or raise --handle-gap or --samples"},
-      {f.low_confidence, "belonged to handles of low confidence (" + setting("min_confidence", o.min_confidence) + ")",
+      {f.low_confidence, "belonged to handles of low confidence", setting("min_confidence", o.min_confidence),
        "lower --min-confidence"},
   };
 }
@@ -83,7 +82,8 @@ std::vector<Step> affordance_steps(const Options& o, const Funnel& f) {
 std::string counts(const Step& step, std::int64_t whole) {
   if (step.count == 0) return {};
   const double percent = whole > 0 ? 100.0 * static_cast<double>(step.count) / static_cast<double>(whole) : 0;
-  return format("%9lld  %5.1f %%  %s\n", static_cast<long long>(step.count), percent, step.what.c_str());
+  const std::string settings = step.settings.empty() ? "" : " (" + step.settings + ")";
+  return format("%9lld  %5.1f %%  ", static_cast<long long>(step.count), percent) + step.what + settings + "\n";
 }
 
 /// Advice for the steps that cost most, at most `most` of them.
@@ -93,8 +93,8 @@ std::string advice(std::vector<Step> steps, std::int64_t whole, std::size_t most
   for (std::size_t i = 0; i < std::min(most, steps.size()); ++i) {
     // What cost less than a twentieth is not worth a word.
     if (steps[i].count * 20 < whole || steps[i].count == 0) break;
-    text += format("  the %lld that %s:\n      ", static_cast<long long>(steps[i].count), steps[i].what.c_str()) +
-            steps[i].advice + "\n";
+    text +=
+        format("%9lld that ", static_cast<long long>(steps[i].count)) + steps[i].what + ": " + steps[i].advice + "\n";
   }
   return text;
 }
@@ -136,14 +136,14 @@ std::string explanation(const Options& options, const Result& result) {
   const std::vector<Step> samples = sample_steps(options, funnel);
   std::string text = "of " + counted(funnel.samples, "sample") + ":\n";
   for (const Step& step : samples) text += counts(step, funnel.samples);
-  text += counts({funnel.affordances, "gave an affordance", {}}, funnel.samples);
+  text += counts({funnel.affordances, "gave an affordance", {}, {}}, funnel.samples);
   std::string what_helps = advice(samples, funnel.samples, 3);
   if (funnel.affordances > 0) {
     const std::vector<Step> affordances = affordance_steps(options, funnel);
     text += "of " + counted(funnel.affordances, "affordance") + ":\n";
     for (const Step& step : affordances) text += counts(step, funnel.affordances);
     text += counts(
-        {funnel.in_handles, "ended in " + counted(static_cast<std::int64_t>(result.handles.size()), "handle"), {}},
+        {funnel.in_handles, "ended in " + counted(static_cast<std::int64_t>(result.handles.size()), "handle"), {}, {}},
         funnel.affordances);
     what_helps += advice(affordances, funnel.affordances, 2);
   }
