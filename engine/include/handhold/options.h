@@ -49,7 +49,7 @@ struct Options {
   std::optional<std::array<double, 6>> workspace;  ///< m; xmin xmax ymin ymax zmin zmax: samples come from inside only
   // Neighbourhoods
   std::vector<double> radius = {0.025};     ///< m; radii of the ball-shaped neighbourhoods
-  int min_neighbours = 30;                  ///< points that a fit needs at least, >= 10
+  int min_neighbours = 10;                  ///< points that a fit needs at least, >= 10
   AxisEstimator axis = AxisEstimator::kTaubin;
   IndexKind index = IndexKind::kEmbree;
   // Hand

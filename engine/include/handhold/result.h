@@ -16,7 +16,7 @@ enum class Status {
   kEmpty,             ///< the cloud has no points
   kNoFinitePoints,    ///< every point has a coordinate that is NaN or infinite
   kTooFewPoints,      ///< fewer finite points than one fit needs (Options::min_neighbours)
-  kSuspiciousUnits,   ///< the cloud is over a kilometre wide: probably millimetres
+  kSuspiciousUnits,   ///< the cloud is over 100 m wide: probably millimetres
 };
 /// "ok", "empty", "no_finite_points", "too_few_points", "suspicious_units"
 std::string_view to_string(Status);
@@ -67,8 +67,8 @@ struct Funnel {
 struct StageTimes {
   double index = 0;       ///< tiles and BVH or grid
   double samples = 0;     ///< drawing, snapping, sorting and grouping of samples
-  double neighbours = 0;  ///< queries and culling
-  double moments = 0;
+  double neighbours = 0;  ///< index queries
+  double moments = 0;     ///< culling of boxes, rough planes, sums
   double fit = 0;         ///< Taubin, curvature, circle
   double shell = 0;
   double handles = 0;

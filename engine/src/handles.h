@@ -1,0 +1,43 @@
+// Handles from affordances (paper, section 3.3).
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "aligned.h"
+#include "handhold/options.h"
+#include "handhold/result.h"
+
+namespace handhold {
+
+/// Groups aligned affordances into handles: one part, one handle.
+class HandleSearch {
+ public:
+  explicit HandleSearch(const Options& options) : options_(&options) {}
+
+  /// Fills `handles`, best confidence first, and the part of the funnel that concerns affordances.
+  void run(const std::vector<Affordance>& affordances, std::vector<Handle>& handles, Funnel& funnel);
+
+ private:
+  struct Line {
+    Vector3 point, axis;
+    double radius;
+  };
+  void load(const std::vector<Affordance>& affordances);
+  void count_aligned(std::size_t n);
+  void row(std::size_t i, std::uint32_t* bits) const;
+  Line fit_line(const std::vector<Affordance>& affordances) const;
+  bool grow(const std::vector<Affordance>& affordances, std::size_t seed, Line& line);
+
+  const Options* options_;
+  AlignedArray<float> arrays_[7];
+  std::vector<std::uint32_t> aligned_;  ///< number of affordances aligned with each
+  std::vector<std::uint32_t> order_;
+  std::vector<std::uint32_t> bits_;
+  std::vector<std::uint32_t> members_;
+  std::vector<double> along_;
+  std::vector<std::uint8_t> taken_;
+  std::int32_t padded_ = 0;
+};
+
+}  // namespace handhold

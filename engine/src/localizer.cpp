@@ -1,0 +1,205 @@
+// Algorithm 1 of the paper, a frame at a time.
+#include "handhold/localizer.h"
+
+#include <tbb/task_arena.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <stdexcept>
+#include <string>
+
+#include "handles.h"
+#include "index.h"
+#include "kernels.h"
+#include "localizer_detail.h"
+#include "sampler.h"
+#include "search.h"
+#include "tiles.h"
+
+namespace handhold {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+double milliseconds(Clock::time_point from, Clock::time_point to) {
+  return std::chrono::duration<double, std::milli>(to - from).count();
+}
+
+/// A table-top cloud wider than this (m) was almost certainly given in millimetres.
+constexpr float kSuspiciousExtent = 100;
+
+void check(const CloudView& cloud) {
+  const auto fail = [](const std::string& what) { throw std::invalid_argument("cloud view: " + what); };
+  if (cloud.size() > 0 && !cloud.data) fail("data is null, but width * height = " + std::to_string(cloud.size()));
+  if (cloud.point_step < 12 || cloud.point_step % 4 != 0) {
+    fail("point_step = " + std::to_string(cloud.point_step) + ": must be a multiple of 4 and at least 12 bytes");
+  }
+  if (cloud.size() >= std::size_t{1} << 31) fail(std::to_string(cloud.size()) + " points: must be fewer than 2^31");
+  if (cloud.viewpoint) {
+    for (const double x : *cloud.viewpoint) {
+      if (!std::isfinite(x)) fail("viewpoint is not finite");
+    }
+  }
+}
+
+}  // namespace
+
+struct Localizer::Impl {
+  explicit Impl(const Options& o)
+      : options(o), index(make_index(o.index)), sampler(options), search(options), handle_search(options) {
+    if (o.threads > 0) arena.initialize(o.threads);
+  }
+
+  Options options;
+  TileStore tiles;
+  std::unique_ptr<NeighbourIndex> index;
+  Sampler sampler;
+  Search search;
+  HandleSearch handle_search;
+  tbb::task_arena arena;
+  std::vector<float> samples;
+  std::vector<Step> steps;
+  std::vector<Vector3> centres;
+
+  /// In the caller's arena, or in our own when a number of threads is asked for.
+  template <class F>
+  void in_arena(F&& f) {
+    if (options.threads > 0) {
+      arena.execute(f);
+    } else {
+      f();
+    }
+  }
+
+  /// Tiles and index. False, with the status set, when the cloud cannot be searched.
+  bool take(const CloudView& cloud, Result& result) {
+    result.status = Status::kOk;
+    result.points = cloud.size();
+    result.finite_points = 0;
+    result.handles.clear();
+    result.affordances.clear();
+    result.funnel = {};
+    result.times_ms = {};
+    if (cloud.size() == 0) return result.status = Status::kEmpty, false;
+    tiles.build(cloud);
+    result.finite_points = tiles.finite_points();
+    if (result.finite_points == 0) return result.status = Status::kNoFinitePoints, false;
+    if (result.finite_points < static_cast<std::size_t>(options.min_neighbours)) {
+      return result.status = Status::kTooFewPoints, false;
+    }
+    for (int k = 0; k < 3; ++k) {
+      if (tiles.robust_high()[k] - tiles.robust_low()[k] > kSuspiciousExtent) return result.status = Status::kSuspiciousUnits, false;
+    }
+    index->build(tiles);
+    return true;
+  }
+
+  void localize(const CloudView& cloud, Result& result) {
+    const auto start = Clock::now();
+    if (!take(cloud, result)) return;
+    const auto indexed = Clock::now();
+    result.times_ms.index = milliseconds(start, indexed);
+
+    double sampling = 0;
+    sampler.begin(tiles, *index);
+    search.begin(tiles, *index, cloud.viewpoint);
+    if (sampler.points() > 0) {
+      std::uint32_t first = 0;
+      const std::vector<int> rounds = Sampler::rounds(options);
+      samples.resize(3 * static_cast<std::size_t>(options.samples));
+      steps.resize(static_cast<std::size_t>(options.samples));
+      for (int round = 0; round < static_cast<int>(rounds.size()); ++round) {
+        const int n = rounds[static_cast<std::size_t>(round)];
+        const auto before = Clock::now();
+        float* xyz = samples.data() + 3 * static_cast<std::size_t>(first);
+        if (round == 0) {
+          sampler.uniform(round, n, xyz);
+        } else {
+          centres.clear();
+          for (const Affordance& a : result.affordances) centres.push_back(a.center);
+          sampler.propose(round, n, centres, xyz);
+        }
+        sampling += milliseconds(before, Clock::now());
+        search.run(xyz, static_cast<std::uint32_t>(n), first, steps.data() + first, result.affordances);
+        first += static_cast<std::uint32_t>(n);
+      }
+      finish(first, result);
+    }
+    // Steps that run side by side share the wall-clock time of their common section as they share its work.
+    const auto searched = Clock::now();
+    StageTimes& t = result.times_ms;
+    const StepSeconds s = search.seconds();
+    const double work = s.neighbours + s.moments + s.fit + s.shell;
+    const double wall = milliseconds(indexed, searched) - sampling - t.handles;
+    const double share = work > 0 ? std::min(1.0, wall / (1e3 * work)) * 1e3 : 0;
+    t.neighbours = share * s.neighbours, t.moments = share * s.moments, t.fit = share * s.fit, t.shell = share * s.shell;
+    t.samples = sampling + std::max(0.0, wall - share * work);
+    t.total = milliseconds(start, searched);
+  }
+
+  /// Funnel and handles, after the last sample.
+  void finish(std::uint32_t n, Result& result) {
+    const auto start = Clock::now();
+    std::int64_t count[8] = {};
+    for (std::uint32_t i = 0; i < n; ++i) ++count[static_cast<std::size_t>(steps[i])];
+    Funnel& f = result.funnel;
+    f.samples = n;
+    f.too_few_points = count[static_cast<std::size_t>(Step::kTooFewPoints)];
+    f.flat = count[static_cast<std::size_t>(Step::kFlat)];
+    f.curvature_low = count[static_cast<std::size_t>(Step::kCurvatureLow)];
+    f.circle_wide = count[static_cast<std::size_t>(Step::kCircleWide)];
+    f.circle_narrow = count[static_cast<std::size_t>(Step::kCircleNarrow)];
+    f.no_gap = count[static_cast<std::size_t>(Step::kNoGap)];
+    f.shell_empty = count[static_cast<std::size_t>(Step::kShellEmpty)];
+    f.affordances = count[static_cast<std::size_t>(Step::kAffordance)];
+    handle_search.run(result.affordances, result.handles, f);
+    result.times_ms.handles = milliseconds(start, Clock::now());
+  }
+};
+
+Localizer::Localizer(const Options& options) {
+  options.validate();
+  impl_ = std::make_unique<Impl>(options);
+}
+Localizer::~Localizer() = default;
+Localizer::Localizer(Localizer&&) noexcept = default;
+Localizer& Localizer::operator=(Localizer&&) noexcept = default;
+
+Result Localizer::localize(const CloudView& cloud) {
+  Result result;
+  localize(cloud, result);
+  return result;
+}
+
+void Localizer::localize(const CloudView& cloud, Result& result) {
+  check(cloud);
+  impl_->in_arena([&] { impl_->localize(cloud, result); });
+}
+
+const Options& Localizer::options() const { return impl_->options; }
+const char* Localizer::isa() { return kernels::kernels().name; }
+
+void localize_samples(const Options& options, const CloudView& cloud, const std::vector<std::array<float, 3>>& samples,
+                      Result& result, std::vector<Step>& steps) {
+  options.validate();
+  check(cloud);
+  TileStore tiles;
+  const std::unique_ptr<NeighbourIndex> index = make_index(options.index);
+  Search search(options);
+  HandleSearch handles(options);
+  result = {};
+  result.points = cloud.size();
+  steps.assign(samples.size(), Step::kTooFewPoints);
+  if (cloud.size() == 0) return;
+  tiles.build(cloud);
+  result.finite_points = tiles.finite_points();
+  if (result.finite_points == 0 || samples.empty()) return;
+  index->build(tiles);
+  search.begin(tiles, *index, cloud.viewpoint);
+  search.run(samples.front().data(), static_cast<std::uint32_t>(samples.size()), 0, steps.data(), result.affordances);
+  result.funnel.samples = static_cast<std::int64_t>(samples.size());
+  result.funnel.affordances = static_cast<std::int64_t>(result.affordances.size());
+  handles.run(result.affordances, result.handles, result.funnel);
+}
+
+}  // namespace handhold

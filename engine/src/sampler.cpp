@@ -1,0 +1,137 @@
+#include "sampler.h"
+
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <limits>
+
+#include "random.h"
+#include "vec3.h"
+
+namespace handhold {
+namespace {
+
+constexpr int kTries = 100;
+constexpr int kRounds = 10;
+/// Streams of the random numbers: a round's uniform draws and its proposals do not share one.
+constexpr std::uint64_t uniform_stream(int round) { return 2 * static_cast<std::uint64_t>(round); }
+constexpr std::uint64_t proposal_stream(int round) { return 2 * static_cast<std::uint64_t>(round) + 1; }
+
+}  // namespace
+
+std::vector<int> Sampler::rounds(const Options& options) {
+  const int n = options.samples;
+  if (options.strategy == Strategy::kUniform) return {n};
+  const int first = std::max(1, n <= 2000 ? n / 2 : static_cast<int>(static_cast<std::int64_t>(n) * 4 / 10));
+  const int rest = n - first;
+  std::vector<int> sizes{first};
+  for (int i = 0; i < kRounds && rest > 0; ++i) {
+    const int size = rest / kRounds + (i == kRounds - 1 ? rest % kRounds : 0);
+    if (size > 0) sizes.push_back(size);
+  }
+  return sizes;
+}
+
+bool Sampler::in_workspace(const float* p) const {
+  const auto& w = *options_->workspace;
+  for (std::size_t k = 0; k < 3; ++k) {
+    if (!(p[k] >= w[2 * k] && p[k] <= w[2 * k + 1])) return false;
+  }
+  return true;
+}
+
+void Sampler::begin(const TileStore& tiles, const NeighbourIndex& index) {
+  tiles_ = &tiles;
+  index_ = &index;
+  inside_.clear();
+  if (!options_->workspace) return;
+  for (std::size_t rank = 0; rank < tiles.finite_points(); ++rank) {
+    float p[3];
+    tiles.finite_point(rank, p);
+    if (in_workspace(p)) inside_.push_back(rank);
+  }
+}
+
+void Sampler::draw_uniform(int round, int sample, float* xyz) const {
+  CounterRandom random(options_->seed, uniform_stream(round), static_cast<std::uint64_t>(sample));
+  const std::uint64_t i = random.below(points());
+  tiles_->finite_point(options_->workspace ? inside_[i] : i, xyz);
+}
+
+void Sampler::uniform(int round, int n, float* xyz) const {
+  tbb::parallel_for(tbb::blocked_range<int>(0, n, 1024), [&](const auto& range) {
+    for (int i = range.begin(); i < range.end(); ++i) draw_uniform(round, i, xyz + 3 * i);
+  });
+}
+
+Sampler::Draw Sampler::draw(int round, int sample, int attempt, const std::vector<Vector3>& centres) const {
+  const auto number = static_cast<std::uint64_t>(sample) * kTries + static_cast<std::uint64_t>(attempt);
+  CounterRandom random(options_->seed, proposal_stream(round), number);
+  const auto j = static_cast<std::size_t>(random.below(centres.size()));
+  double a, b, c, unused;
+  random.normal_pair(a, b);
+  random.normal_pair(c, unused);
+  const double sigma = options_->effective_proposal_sigma();
+  const Vector3 x = centres[j] + Vector3{sigma * a, sigma * b, sigma * c};
+  if (options_->strategy == Strategy::kSum) return {j, x, true};
+  // g_max: all Gaussians have the same covariance, so the largest one at x belongs to the nearest centre. Algorithm 2
+  // accepts when that is the one drawn from; of equally near ones the first accepts.
+  const Vector3 to_j = x - centres[j];
+  const double d2 = dot(to_j, to_j);
+  for (std::size_t i = 0; i < centres.size(); ++i) {
+    const Vector3 to_i = x - centres[i];
+    const double e2 = dot(to_i, to_i);
+    if (e2 < d2 || (e2 == d2 && i < j)) return {j, x, false};
+  }
+  return {j, x, true};
+}
+
+bool Sampler::snap(const Vector3& position, float* xyz) {
+  Scratch& s = scratch_.local();
+  const std::size_t capacity = static_cast<std::size_t>(tiles_->blocks()) * 256 + 16;
+  s.x.require(capacity), s.y.require(capacity), s.z.require(capacity);
+  const float c[3] = {static_cast<float>(position[0]), static_cast<float>(position[1]), static_cast<float>(position[2])};
+  const float radius = static_cast<float>(options_->radius.front());
+  // Most draws lie near a surface: a small ball first, the whole one only if it is empty.
+  for (const float r : {0.2f * radius, radius}) {
+    s.near.fill(*tiles_, *index_, c, c, r);
+    const int n = kernels::kernels().collect(tiles_->view(), s.near.view(), c, r, nullptr, s.x.data(), s.y.data(), s.z.data());
+    int best = -1;
+    float best2 = std::numeric_limits<float>::infinity();
+    for (int i = 0; i < n; ++i) {
+      const auto k = static_cast<std::size_t>(i);
+      const float d2 = s.x[k] * s.x[k] + s.y[k] * s.y[k] + s.z[k] * s.z[k];
+      if (d2 < best2) {
+        const float p[3] = {c[0] + s.x[k], c[1] + s.y[k], c[2] + s.z[k]};
+        if (options_->workspace && !in_workspace(p)) continue;
+        best2 = d2, best = i;
+      }
+    }
+    if (best >= 0) {
+      const auto k = static_cast<std::size_t>(best);
+      xyz[0] = c[0] + s.x[k], xyz[1] = c[1] + s.y[k], xyz[2] = c[2] + s.z[k];
+      return true;
+    }
+  }
+  return false;
+}
+
+void Sampler::propose(int round, int n, const std::vector<Vector3>& centres, float* xyz) {
+  if (centres.empty()) {
+    uniform(round, n, xyz);
+    return;
+  }
+  tbb::parallel_for(tbb::blocked_range<int>(0, n, 16), [&](const auto& range) {
+    for (int i = range.begin(); i < range.end(); ++i) {
+      bool done = false;
+      for (int attempt = 0; attempt < kTries && !done; ++attempt) {
+        const Draw d = draw(round, i, attempt, centres);
+        done = d.accepted && snap(d.position, xyz + 3 * i);
+      }
+      if (!done) draw_uniform(round, i, xyz + 3 * i);
+    }
+  });
+}
+
+}  // namespace handhold

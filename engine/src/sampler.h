@@ -1,0 +1,63 @@
+// Where to look (paper, section 3.4).
+#pragma once
+
+#include <tbb/enumerable_thread_specific.h>
+
+#include <cstdint>
+#include <vector>
+
+#include "handhold/options.h"
+#include "index.h"
+#include "tiles.h"
+
+namespace handhold {
+
+/// Draws the samples of one frame. Every draw is a function of (seed, round, number of the sample): it does not depend on
+/// the number of threads.
+class Sampler {
+ public:
+  explicit Sampler(const Options& options) : options_(&options) {}
+
+  /// Samples of each round: one round for uniform sampling; otherwise half of the samples (0.4 of more than 2000) and ten
+  /// equal rounds, the last one with the remainder.
+  static std::vector<int> rounds(const Options& options);
+
+  /// Takes the points of a frame. With a workspace, only points inside are drawn.
+  void begin(const TileStore& tiles, const NeighbourIndex& index);
+  /// Number of points that can be drawn; 0: no sample is possible.
+  std::size_t points() const { return options_->workspace ? inside_.size() : tiles_->finite_points(); }
+
+  /// n samples, uniformly over the points. xyz: 3 * n (m).
+  void uniform(int round, int n, float* xyz) const;
+
+  /// n samples from the proposal distribution about the centres of affordances (m), brought to the nearest point of the
+  /// cloud within the first radius. A sample that finds none in 100 tries is drawn uniformly. Parallel. With no centres
+  /// all are uniform.
+  void propose(int round, int n, const std::vector<Vector3>& centres, float* xyz);
+
+  /// The raw draw of Algorithm 2 (or of g_sum) before it is brought to the cloud: which centre, where, and whether it is
+  /// accepted. For tests of the distribution.
+  struct Draw {
+    std::size_t centre;
+    Vector3 position;
+    bool accepted;
+  };
+  Draw draw(int round, int sample, int attempt, const std::vector<Vector3>& centres) const;
+
+ private:
+  void draw_uniform(int round, int sample, float* xyz) const;
+  bool snap(const Vector3& position, float* xyz);
+  bool in_workspace(const float* p) const;
+
+  struct Scratch {
+    CandidateList near;
+    AlignedArray<float> x, y, z;
+  };
+  const Options* options_;
+  const TileStore* tiles_ = nullptr;
+  const NeighbourIndex* index_ = nullptr;
+  std::vector<std::uint64_t> inside_;  ///< ranks of the points in the workspace
+  tbb::enumerable_thread_specific<Scratch> scratch_;
+};
+
+}  // namespace handhold

@@ -1,0 +1,313 @@
+#include "search.h"
+
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+#include "axis.h"
+#include "morton.h"
+#include "radix_sort.h"
+#include "vec3.h"
+
+namespace handhold {
+namespace {
+
+constexpr double kPi = 3.14159265358979323846;
+constexpr std::size_t kGroupsPerTask = 4;
+/// Centres of shells that one index query serves lie in a box of at most this diagonal (m).
+constexpr float kShellGroup = 0.12f;
+
+class Stopwatch {
+ public:
+  Stopwatch() : last_(Clock::now()) {}
+  /// Adds the time since the last call.
+  void lap(double& seconds) {
+    const auto now = Clock::now();
+    seconds += std::chrono::duration<double>(now - last_).count();
+    last_ = now;
+  }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  Clock::time_point last_;
+};
+
+/// Standard deviation of depth at distance z of a structured-light camera (m).
+double depth_noise(double z) {
+  const double d = std::max(0.0, z - 0.4);
+  return 0.0008 + 0.0019 * d * d;
+}
+
+/// Frame of the moments to frame of the cloud.
+Vector3 to_cloud(const double* R_frame_cloud, const Vector3& v) {
+  Vector3 out{};
+  for (std::size_t i = 0; i < 3; ++i)
+    for (std::size_t j = 0; j < 3; ++j) out[j] += R_frame_cloud[3 * i + j] * v[i];
+  return out;
+}
+Vector3 to_frame(const double* R_frame_cloud, const Vector3& v) {
+  Vector3 out{};
+  for (std::size_t i = 0; i < 3; ++i)
+    for (std::size_t j = 0; j < 3; ++j) out[i] += R_frame_cloud[3 * i + j] * v[j];
+  return out;
+}
+
+}  // namespace
+
+void Search::begin(const TileStore& tiles, const NeighbourIndex& index, const std::optional<Vector3>& viewpoint) {
+  tiles_ = &tiles;
+  index_ = &index;
+  viewpoint_ = viewpoint;
+  for (Scratch& s : scratch_) s.seconds = {};
+  if (options_->axis == AxisEstimator::kNormals) {
+    estimate_normals(tiles, index, static_cast<float>(options_->radius.front() / 2), normals_);
+  }
+}
+
+StepSeconds Search::seconds() const {
+  StepSeconds sum;
+  for (const Scratch& s : scratch_) {
+    sum.neighbours += s.seconds.neighbours;
+    sum.moments += s.seconds.moments;
+    sum.fit += s.seconds.fit;
+    sum.shell += s.seconds.shell;
+  }
+  return sum;
+}
+
+/// Sorts samples along the Morton curve, in cells of half a radius where 11 bits a coordinate allow.
+void Search::sort_samples(const float* xyz, std::uint32_t n) {
+  const float *low = tiles_->robust_low(), *high = tiles_->robust_high();
+  const float cell = std::max(0.0125f, std::max({high[0] - low[0], high[1] - low[1], high[2] - low[2]}) / 120.0f);
+  keys_.require(n);
+  other_keys_.require(n);
+  for (std::uint32_t i = 0; i < n; ++i) {
+    std::uint32_t c[3];
+    for (int k = 0; k < 3; ++k) {
+      c[k] = static_cast<std::uint32_t>(std::clamp((xyz[3 * i + static_cast<std::uint32_t>(k)] - low[k]) / cell + 3.0f, 0.0f, 127.0f));
+    }
+    keys_[i] = morton3(c[0], c[1], c[2]) << 32 | i;
+  }
+  const std::uint64_t* sorted = radix_sort(keys_.data(), other_keys_.data(), n, 32, 21);
+  sorted_.require(3 * static_cast<std::size_t>(n));
+  number_.require(n);
+  for (std::uint32_t i = 0; i < n; ++i) {
+    const auto from = static_cast<std::uint32_t>(sorted[i]);
+    number_[i] = from;
+    std::memcpy(&sorted_[3 * static_cast<std::size_t>(i)], xyz + 3 * static_cast<std::size_t>(from), 3 * sizeof(float));
+  }
+}
+
+/// Runs of at most 64 samples whose box stays within four times the largest radius.
+void Search::make_groups(std::uint32_t n) {
+  const double widest = *std::max_element(options_->radius.begin(), options_->radius.end());
+  const auto limit2 = static_cast<float>(16 * widest * widest);
+  groups_.clear();
+  for (std::uint32_t i = 0; i < n;) {
+    Group g{i, i + 1, {}, {}};
+    for (std::size_t k = 0; k < 3; ++k) g.low[k] = g.high[k] = sorted_[3 * static_cast<std::size_t>(i) + k];
+    for (; g.end < n && g.end - g.begin < kernels::kMaxGroup; ++g.end) {
+      float low[3], high[3], d2 = 0;
+      for (std::size_t k = 0; k < 3; ++k) {
+        const float x = sorted_[3 * static_cast<std::size_t>(g.end) + k];
+        low[k] = std::min(g.low[k], x), high[k] = std::max(g.high[k], x);
+        d2 += (high[k] - low[k]) * (high[k] - low[k]);
+      }
+      if (d2 > limit2) break;
+      std::copy(low, low + 3, g.low), std::copy(high, high + 3, g.high);
+    }
+    groups_.push_back(g);
+    i = g.end;
+  }
+}
+
+void Search::run(const float* xyz, std::uint32_t n, std::uint32_t first, Step* steps, std::vector<Affordance>& found) {
+  sort_samples(xyz, n);
+  make_groups(n);
+  merged_.clear();
+  std::fill(steps, steps + n, Step::kTooFewPoints);
+  for (const double radius : options_->radius) {
+    steps_.assign(n, Step::kTooFewPoints);
+    for (Scratch& s : scratch_) s.found.clear();
+    const std::size_t tasks = (groups_.size() + kGroupsPerTask - 1) / kGroupsPerTask;
+    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, tasks, 1), [&](const auto& range) {
+      Scratch& s = scratch_.local();
+      for (std::size_t t = range.begin(); t < range.end(); ++t) {
+        run_groups(t * kGroupsPerTask, std::min(groups_.size(), (t + 1) * kGroupsPerTask), radius, steps_.data(), s);
+      }
+    });
+    for (std::uint32_t i = 0; i < n; ++i) steps[i] = std::max(steps[i], steps_[i]);
+    for (const Scratch& s : scratch_) merged_.insert(merged_.end(), s.found.begin(), s.found.end());
+  }
+  // In the order of the samples; of several radii the one whose quadric fits best explains the place.
+  std::sort(merged_.begin(), merged_.end(), [](const Found& a, const Found& b) {
+    return a.affordance.sample != b.affordance.sample ? a.affordance.sample < b.affordance.sample : a.residual < b.residual;
+  });
+  for (std::size_t i = 0; i < merged_.size(); ++i) {
+    if (i > 0 && merged_[i].affordance.sample == merged_[i - 1].affordance.sample) continue;
+    found.push_back(merged_[i].affordance);
+    found.back().sample += first;
+  }
+}
+
+void Search::run_groups(std::size_t first_group, std::size_t last_group, double radius, Step* steps, Scratch& s) const {
+  const kernels::Kernels& k = kernels::kernels();
+  s.kernel.require(kernels::scratch_bytes(static_cast<std::int32_t>(tiles_->blocks())));
+  s.moments.require(kGroupsPerTask * kernels::kMaxGroup);
+  s.sample.clear();
+  s.whole.clear();
+  s.axis.clear();
+  s.candidates.clear();
+  Stopwatch watch;
+  for (std::size_t g = first_group; g < last_group; ++g) {
+    const Group& group = groups_[g];
+    s.near.fill(*tiles_, *index_, group.low, group.high, static_cast<float>(radius));
+    watch.lap(s.seconds.neighbours);
+    const auto at = static_cast<std::uint32_t>(s.sample.size());
+    const auto n = static_cast<std::int32_t>(group.end - group.begin);
+    k.moments(tiles_->view(), s.near.view(),
+              {&sorted_[3 * static_cast<std::size_t>(group.begin)], n, static_cast<float>(radius), 0.0f, options_->min_neighbours},
+              s.kernel.data(), &s.moments[at]);
+    for (std::uint32_t i = group.begin; i < group.end; ++i) {
+      const std::uint32_t entry = at + i - group.begin;
+      s.sample.push_back(i);
+      const kernels::Moments& m = s.moments[entry];
+      if (m.skipped) {
+        steps[number_[i]] = m.count < options_->min_neighbours ? Step::kTooFewPoints : Step::kFlat;
+        continue;
+      }
+      s.whole.push_back(entry);
+      if (options_->axis == AxisEstimator::kPca) s.axis.push_back(axis_from_spread(m));
+      if (options_->axis == AxisEstimator::kNormals) {
+        s.axis.push_back(to_frame(m.R_frame_cloud, axis_from_normals(*tiles_, s.near.view(), normals_.data(), &sorted_[3 * static_cast<std::size_t>(i)], static_cast<float>(radius))));
+      }
+    }
+    watch.lap(s.seconds.moments);
+  }
+  fit(radius, steps, s);
+  watch.lap(s.seconds.fit);
+  find_shells(steps, s);
+  watch.lap(s.seconds.shell);
+}
+
+/// Quadric, curvature and circle of the chunk's neighbourhoods; what passes becomes a candidate.
+void Search::fit(double radius, Step* steps, Scratch& s) const {
+  const kernels::Kernels& k = kernels::kernels();
+  kernels::FitBatch& f = s.fit;
+  const double least_curvature = radius / options_->effective_reach();
+  for (std::size_t first = 0; first < s.whole.size(); first += kernels::kBatch) {
+    const std::size_t n = std::min<std::size_t>(kernels::kBatch, s.whole.size() - first);
+    for (std::size_t lane = 0; lane < kernels::kBatch; ++lane) {
+      const kernels::Moments& m = s.moments[s.whole[first + (lane < n ? lane : 0)]];
+      for (std::size_t j = 0; j < kernels::kMoments; ++j) f.moments[j][lane] = m.sum[j];
+    }
+    k.taubin(f);
+    k.curvature(f);
+    if (!s.axis.empty()) {
+      for (std::size_t lane = 0; lane < n; ++lane)
+        for (std::size_t j = 0; j < 3; ++j) f.axis[j][lane] = s.axis[first + lane][j];
+    }
+    k.circle(f);
+    for (std::size_t lane = 0; lane < n; ++lane) {
+      const kernels::Moments& m = s.moments[s.whole[first + lane]];
+      const std::uint32_t at = s.sample[s.whole[first + lane]];
+      Step& step = steps[number_[at]];
+      if (f.status[lane] == kernels::kFitFlat) {
+        step = Step::kFlat;
+        continue;
+      }
+      if (!(f.kappa_median[lane] >= least_curvature)) {
+        step = Step::kCurvatureLow;
+        continue;
+      }
+      const double circle_radius = f.circle_radius[lane] * radius;
+      if (!(2 * circle_radius <= options_->hand_aperture)) {
+        step = Step::kCircleWide;
+        continue;
+      }
+      if (2 * circle_radius < options_->hand_minimum) {
+        step = Step::kCircleNarrow;
+        continue;
+      }
+      Candidate c;
+      c.sample = number_[at];
+      const float* p = &sorted_[3 * static_cast<std::size_t>(at)];
+      c.position = {p[0], p[1], p[2]};
+      const auto vector = [&](const double (*v)[kernels::kBatch]) {
+        return to_cloud(m.R_frame_cloud, {v[0][lane], v[1][lane], v[2][lane]});
+      };
+      Affordance& a = c.affordance;
+      a.sample = c.sample;
+      a.center = c.position + radius * vector(f.circle_centre);
+      a.axis = canonical_axis(normalized(vector(f.axis)));
+      a.normal = normalized(vector(f.centre_normal));
+      const Vector3 outward = viewpoint_ ? *viewpoint_ - c.position : c.position - a.center;
+      if (dot(a.normal, outward) < 0) a.normal = -1.0 * a.normal;
+      a.radius = circle_radius;
+      a.curvature = f.kappa_median[lane] / radius;
+      c.residual = std::sqrt(f.lambda[lane]);
+      c.density = static_cast<double>(m.count) / (kPi * radius * radius);
+      s.candidates.push_back(c);
+    }
+  }
+}
+
+/// Shells of the chunk's candidates, group by group of near centres.
+void Search::find_shells(Step* steps, Scratch& s) const {
+  const kernels::Kernels& k = kernels::kernels();
+  const double half_width = options_->finger_width / 2, gap = options_->finger_thickness;
+  const auto largest_radius = [&](const Candidate& c) {
+    const double z = viewpoint_ ? norm(c.position - *viewpoint_) : 0.0;
+    // Noise may carry single points of the part beyond its own radius.
+    return options_->hand_aperture / 2 + 2 * depth_noise(z) + 0.002;
+  };
+  for (std::size_t first = 0; first < s.candidates.size();) {
+    float low[3], high[3];
+    double farthest = 0;
+    std::size_t last = first;
+    for (; last < s.candidates.size(); ++last) {
+      const Candidate& c = s.candidates[last];
+      float l[3], h[3], d2 = 0;
+      for (std::size_t j = 0; j < 3; ++j) {
+        const auto x = static_cast<float>(c.affordance.center[j]);
+        l[j] = last == first ? x : std::min(low[j], x), h[j] = last == first ? x : std::max(high[j], x);
+        d2 += (h[j] - l[j]) * (h[j] - l[j]);
+      }
+      if (d2 > kShellGroup * kShellGroup) break;
+      std::copy(l, l + 3, low), std::copy(h, h + 3, high);
+      farthest = std::max(farthest, std::hypot(largest_radius(c) + gap, half_width));
+    }
+    s.near.fill(*tiles_, *index_, low, high, static_cast<float>(farthest));
+    for (; first < last; ++first) {
+      Candidate& c = s.candidates[first];
+      Affordance& a = c.affordance;
+      kernels::ShellQuery q{};
+      for (std::size_t j = 0; j < 3; ++j) {
+        q.centre[j] = static_cast<float>(a.center[j]);
+        q.axis[j] = static_cast<float>(a.axis[j]);
+      }
+      q.half_width = static_cast<float>(half_width);
+      q.start_radius = static_cast<float>(0.7 * a.radius);
+      q.max_radius = static_cast<float>(largest_radius(c));
+      q.gap = static_cast<float>(gap);
+      q.max_gap_points = static_cast<std::int32_t>(std::floor(options_->shell_gap_area_mm2 * 1e-6 * c.density));
+      q.min_inner_points = std::max(1, static_cast<std::int32_t>(std::ceil(options_->shell_inner_area_mm2 * 1e-6 * c.density)));
+      kernels::ShellResult r;
+      k.shell(tiles_->view(), s.near.view(), q, s.kernel.data(), r);
+      Step& step = steps[c.sample];
+      if (r.status != kernels::kShellFound) {
+        step = r.status == kernels::kShellEmpty ? Step::kShellEmpty : Step::kNoGap;
+        continue;
+      }
+      step = Step::kAffordance;
+      a.shell_radius = static_cast<double>(r.radius);
+      a.gap = static_cast<double>(r.free_to) - static_cast<double>(r.radius);
+      s.found.push_back({a, c.residual});
+    }
+  }
+}
+
+}  // namespace handhold

@@ -1,0 +1,207 @@
+#include "tiles.h"
+
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "morton.h"
+#include "radix_sort.h"
+
+namespace handhold {
+namespace {
+
+constexpr std::size_t kRankStep = 256;
+constexpr std::size_t kSubset = 2048;
+
+bool usable(const float* p) {
+  // The kernels leave out what is beyond 1e6 m; the comparison is false for NaN.
+  return std::fabs(p[0]) <= 1e6f && std::fabs(p[1]) <= 1e6f && std::fabs(p[2]) <= 1e6f;
+}
+
+/// Copies 16x16 pixels, cut off at the image's border, into 16 tiles of 4x4 in Z-order.
+void load_block(const CloudView& cloud, std::uint32_t u0, std::uint32_t v0, float* tiles) {
+  const std::size_t step = cloud.point_step / sizeof(float);
+  for (std::uint32_t t = 0; t < kernels::kBlockTiles; ++t) {
+    const std::uint32_t u = u0 + 4 * ((t & 1) | (t >> 1 & 2)), v = v0 + 4 * ((t >> 1 & 1) | (t >> 2 & 2));
+    float* out = tiles + 48 * t;
+    if (u + 4 <= cloud.width && v + 4 <= cloud.height) {
+      for (std::uint32_t j = 0; j < 4; ++j) {
+        const float* p = cloud.point(static_cast<std::size_t>(v + j) * cloud.width + u);
+        for (std::uint32_t i = 0; i < 4; ++i, p += step) {
+          out[4 * j + i] = p[0];
+          out[16 + 4 * j + i] = p[1];
+          out[32 + 4 * j + i] = p[2];
+        }
+      }
+      continue;
+    }
+    for (std::uint32_t j = 0; j < 4; ++j) {
+      for (std::uint32_t i = 0; i < 4; ++i) {
+        const bool there = u + i < cloud.width && v + j < cloud.height;
+        const float* p = there ? cloud.point(static_cast<std::size_t>(v + j) * cloud.width + u + i) : nullptr;
+        for (int k = 0; k < 3; ++k) out[16 * k + 4 * j + i] = there ? p[k] : kernels::kFar;
+      }
+    }
+  }
+}
+
+}  // namespace
+
+void TileStore::allocate(std::uint32_t blocks) {
+  blocks_ = blocks;
+  const std::size_t n = std::max<std::uint32_t>(blocks, 1);
+  points_.require(n * 768);
+  boxes_.require(n * 96);
+  sums_.require(n * 160);
+  full_.require(n);
+  counts_.require(n);
+  block_boxes_.require(n * 8);
+}
+
+void TileStore::finish_block(std::uint32_t block) {
+  const std::size_t b = block;
+  float* box = boxes_.data() + 96 * b;
+  counts_[b] = static_cast<std::uint32_t>(
+      kernels::kernels().finish_block(points_.data() + 768 * b, box, &full_[b], sums_.data() + 160 * b));
+  float* whole = block_boxes_.data() + 8 * b;
+  for (int k = 0; k < 3; ++k) {
+    float low = box[16 * k], high = box[48 + 16 * k];
+    for (int t = 1; t < kernels::kBlockTiles; ++t) {
+      low = std::min(low, box[16 * k + t]);
+      high = std::max(high, box[48 + 16 * k + t]);
+    }
+    whole[k] = low;
+    whole[4 + k] = high;
+  }
+  whole[3] = whole[7] = 0;
+}
+
+void TileStore::build_organized(const CloudView& cloud) {
+  const std::uint32_t across = (cloud.width + 15) / 16, down = (cloud.height + 15) / 16;
+  if (order_width_ != across || order_height_ != down) {
+    order_.resize(static_cast<std::size_t>(across) * down);
+    for (std::uint32_t i = 0; i < order_.size(); ++i) order_[i] = i;
+    std::sort(order_.begin(), order_.end(), [across](std::uint32_t a, std::uint32_t b) {
+      const std::uint32_t ma = morton2(a % across, a / across), mb = morton2(b % across, b / across);
+      return ma != mb ? ma < mb : a < b;
+    });
+    order_width_ = across, order_height_ = down;
+  }
+  allocate(static_cast<std::uint32_t>(order_.size()));
+  tbb::parallel_for(tbb::blocked_range<std::uint32_t>(0, blocks_, 32), [&](const auto& range) {
+    for (std::uint32_t b = range.begin(); b < range.end(); ++b) {
+      load_block(cloud, order_[b] % across * 16, order_[b] / across * 16, points_.data() + 768 * static_cast<std::size_t>(b));
+      finish_block(b);
+    }
+  });
+}
+
+void TileStore::build_unorganized(const CloudView& cloud) {
+  // Cells of 8 mm where they cover the cloud in 7 bits a coordinate; otherwise 11 bits and cells as large as it takes.
+  // A few stray points far away must not make the cells of all others coarse: bounds are robust, keys are clamped.
+  float extent = 0;
+  for (int k = 0; k < 3; ++k) extent = std::max(extent, robust_high_[k] - robust_low_[k]);
+  extent *= 1.25f;
+  const bool small = extent <= 127 * 0.008f;
+  const int bits = small ? 7 : 11;
+  const float cell = small ? 0.008f : std::max(0.004f, extent / 2047.0f);
+  const float last = static_cast<float>((1 << bits) - 1);
+  float origin[3];
+  for (int k = 0; k < 3; ++k) origin[k] = 0.5f * (robust_low_[k] + robust_high_[k]) - 0.5f * cell * last;
+
+  const std::size_t n = cloud.size();
+  keys_.require(n);
+  other_keys_.require(n);
+  std::size_t finite = 0;
+  for (std::size_t i = 0; i < n; ++i) {
+    const float* p = cloud.point(i);
+    if (!usable(p)) continue;
+    std::uint32_t c[3];
+    for (int k = 0; k < 3; ++k) {
+      c[k] = static_cast<std::uint32_t>(std::clamp((p[k] - origin[k]) / cell, 0.0f, last));
+    }
+    // 33 bits of key, 31 of index: sizes are checked when the cloud comes in.
+    keys_[finite++] = morton3(c[0], c[1], c[2]) << 31 | i;
+  }
+  const std::uint64_t* sorted = radix_sort(keys_.data(), other_keys_.data(), finite, 31, 3 * bits);
+  allocate(static_cast<std::uint32_t>((finite + 255) / 256));
+  tbb::parallel_for(tbb::blocked_range<std::uint32_t>(0, blocks_, 32), [&](const auto& range) {
+    for (std::uint32_t b = range.begin(); b < range.end(); ++b) {
+      float* block = points_.data() + 768 * static_cast<std::size_t>(b);
+      for (std::size_t j = 0; j < 256; ++j) {
+        const std::size_t at = 256 * static_cast<std::size_t>(b) + j;
+        float* out = block + 48 * (j / 16) + j % 16;
+        if (at < finite) {
+          const float* p = cloud.point(sorted[at] & 0x7fffffff);
+          out[0] = p[0], out[16] = p[1], out[32] = p[2];
+        } else {
+          out[0] = out[16] = out[32] = kernels::kFar;
+        }
+      }
+      finish_block(b);
+    }
+  });
+}
+
+void TileStore::find_robust_bounds(const CloudView& cloud) {
+  // Every stride-th usable point; denser when most points are missing.
+  const std::size_t n = cloud.size();
+  for (std::size_t stride = std::max<std::size_t>(1, n / kSubset);; stride = std::max<std::size_t>(1, stride / 16)) {
+    subset_.clear();
+    for (std::size_t i = 0; i < n; i += stride) {
+      const float* p = cloud.point(i);
+      if (usable(p)) subset_.insert(subset_.end(), p, p + 3);
+    }
+    if (stride == 1 || subset_.size() >= 3 * (kSubset / 16)) break;
+  }
+  const std::size_t count = subset_.size() / 3;
+  if (count == 0) return;
+  std::vector<float> values(count);
+  for (std::size_t k = 0; k < 3; ++k) {
+    for (std::size_t i = 0; i < count; ++i) values[i] = subset_[3 * i + k];
+    const std::size_t low = count / 50, high = count - 1 - low;
+    std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(low), values.end());
+    robust_low_[k] = values[low];
+    std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(high), values.end());
+    robust_high_[k] = values[high];
+  }
+}
+
+void TileStore::build(const CloudView& cloud) {
+  find_robust_bounds(cloud);
+  if (cloud.organized()) {
+    build_organized(cloud);
+  } else {
+    build_unorganized(cloud);
+  }
+  first_rank_.resize(blocks_ + 1);
+  first_rank_[0] = 0;
+  for (std::uint32_t b = 0; b < blocks_; ++b) first_rank_[b + 1] = first_rank_[b] + counts_[b];
+  finite_ = static_cast<std::size_t>(first_rank_[blocks_]);
+  rank_hint_.resize(finite_ / kRankStep + 1);
+  std::uint32_t b = 0;
+  for (std::size_t i = 0; i < rank_hint_.size(); ++i) {
+    while (b + 1 < blocks_ && first_rank_[b + 1] <= i * kRankStep) ++b;
+    rank_hint_[i] = b;
+  }
+}
+
+void TileStore::finite_point(std::size_t rank, float* xyz) const {
+  std::uint32_t b = rank_hint_[rank / kRankStep];
+  while (first_rank_[b + 1] <= rank) ++b;
+  auto left = static_cast<std::uint32_t>(rank - first_rank_[b]);
+  const float* count = sums_.data() + 160 * static_cast<std::size_t>(b);
+  int t = 0;
+  while (left >= static_cast<std::uint32_t>(count[t])) left -= static_cast<std::uint32_t>(count[t++]);
+  const float* tile = points_.data() + 768 * static_cast<std::size_t>(b) + 48 * t;
+  int i = 0;
+  for (;; ++i) {
+    if (tile[i] < kernels::kFar && left-- == 0) break;
+  }
+  xyz[0] = tile[i], xyz[1] = tile[16 + i], xyz[2] = tile[32 + i];
+}
+
+}  // namespace handhold
