@@ -102,6 +102,7 @@ class Picture {
     std::stable_sort(places.begin(), places.end(), [](const auto& a, const auto& b) { return a.second < b.second; });
     places.emplace_back(u, v);
     for (std::size_t i = 0; i < places.size(); ++i) {
+      if (!(std::abs(places[i].first) < 1e6 && std::abs(places[i].second) < 1e6)) continue;  // no pixel, and no int
       const int x = static_cast<int>(std::lround(places[i].first - width / 2.0));
       const int y = static_cast<int>(std::lround(places[i].second - height / 2.0));
       const Box box{x - halo, y - halo, x + width + halo, y + height + halo};
