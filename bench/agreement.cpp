@@ -11,7 +11,9 @@ namespace {
 using baseline::Outcome;
 using baseline::SampleResult;
 
-Eigen::Vector3d eigen(const Vector3& v) { return Eigen::Vector3d(v.data()); }
+Eigen::Vector3d eigen(const Vector3& v) {
+  return Eigen::Vector3d(v.data());
+}
 
 // Empty when both are the same affordance, otherwise what differs most tellingly.
 std::string difference(const SampleResult& engine, const SampleResult& classic, const Tolerance& tolerance) {

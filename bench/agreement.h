@@ -20,10 +20,10 @@ struct Tolerance {
 
 struct Agreement {
   std::size_t samples = 0;
-  std::size_t same_outcome = 0;       ///< samples that ended at the same step
-  std::size_t either = 0;             ///< samples with an affordance by at least one of the two
-  std::size_t same = 0;               ///< of these: the same affordance by both, within the tolerance
-  std::size_t same_shell = 0;         ///< of these: the same shell radius, up to the baseline's step
+  std::size_t same_outcome = 0;                ///< samples that ended at the same step
+  std::size_t either = 0;                      ///< samples with an affordance by at least one of the two
+  std::size_t same = 0;                        ///< of these: the same affordance by both, within the tolerance
+  std::size_t same_shell = 0;                  ///< of these: the same shell radius, up to the baseline's step
   std::map<std::string, std::size_t> reasons;  ///< why the others differ, and how many
   /// Samples by outcome: [baseline][engine].
   std::array<std::array<std::size_t, baseline::kOutcomes>, baseline::kOutcomes> outcomes{};
