@@ -17,7 +17,7 @@
 namespace handhold::test {
 namespace {
 
-/// In the child, between fork and exec: only calls that are safe there, no allocation.
+/// In the child, between fork and exec. The test has one thread, so that allocation (setenv) is safe here, too.
 [[noreturn]] void become_program(char* const* arguments, const char* where, const Surroundings& around, int out,
                                  int err) {
   ::dup2(out, STDOUT_FILENO);

@@ -1,4 +1,6 @@
 // handhold localize: reads a cloud, finds handles, writes them.
+#include <tbb/global_control.h>
+
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -239,6 +241,15 @@ std::vector<StageTimes> run_repeatedly(Localizer& localizer, const CloudView& cl
   return times;
 }
 
+/// Lets TBB start as many threads as were asked for: more than there are cores it refuses, with a warning on standard
+/// error. Holds while the returned object lives.
+std::unique_ptr<tbb::global_control> allow_threads(int threads) {
+  constexpr auto kLimit = tbb::global_control::max_allowed_parallelism;
+  const auto wanted = static_cast<std::size_t>(threads);
+  if (wanted <= tbb::global_control::active_value(kLimit)) return nullptr;
+  return std::make_unique<tbb::global_control>(kLimit, wanted);
+}
+
 int run(const Arguments& a) {
   const Options options = effective_options(a);
   const int repeat = parse_repeat(a.repeat);
@@ -257,6 +268,7 @@ int run(const Arguments& a) {
     Progress progress;
     progress.show("reading " + input.path());
     cloud = input.read();
+    const auto more_threads = allow_threads(options.threads);
     Localizer localizer(options);
     run_times = summarize(run_repeatedly(localizer, cloud.view(), repeat, result, progress));
   }
