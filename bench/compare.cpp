@@ -76,6 +76,26 @@ struct Runs {
   std::vector<StageSeconds> classic;
 };
 
+// Of the samples at which only the engine found a gap, how many does the baseline find with steps of 0.01 mm?
+void print_finer_steps(const CloudView& cloud, const Options& options, const std::vector<std::array<float, 3>>& samples,
+                       const std::vector<baseline::SampleResult>& engine,
+                       const std::vector<baseline::SampleResult>& classic, baseline::Settings settings) {
+  std::vector<std::array<float, 3>> missed_samples;
+  std::vector<baseline::SampleResult> missed;
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    const bool no_gap =
+        classic[i].outcome == baseline::Outcome::kNoGap || classic[i].outcome == baseline::Outcome::kShellEmpty;
+    if (!no_gap || engine[i].outcome != baseline::Outcome::kAffordance) continue;
+    missed_samples.push_back(samples[i]);
+    missed.push_back(engine[i]);
+  }
+  if (missed.empty()) return;
+  settings.shell_step = 1e-5;
+  const Agreement finer = compare(missed, baseline::localize(cloud, options, missed_samples, settings).samples);
+  std::printf("  of %zu that the 1 mm steps passed over, steps of 0.01 mm find the same affordance at %zu\n",
+              missed.size(), finer.same);
+}
+
 void print_agreement(const Agreement& a) {
   std::printf("agreement over %zu samples: %zu ended at the same step (%.2f %%)\n", a.samples, a.same_outcome,
               100.0 * static_cast<double>(a.same_outcome) / static_cast<double>(std::max<std::size_t>(1, a.samples)));
@@ -111,8 +131,10 @@ double print_classic(const std::vector<StageSeconds>& runs, int samples, bool pu
     else
       std::printf("  %-22s %9.2f          -  %9.2f\n", stage.name, here, here);
   }
-  std::printf("  %-22s %9.2f  %9.2f  %9.2f\n", "sum", own, published_applies ? 1e3 * scale * kPublished.total : 0.0,
-              counted);
+  if (published_applies)
+    std::printf("  %-22s %9.2f  %9.2f  %9.2f\n", "sum", own, 1e3 * scale * kPublished.total, counted);
+  else
+    std::printf("  %-22s %9.2f          -  %9.2f\n", "sum", own, counted);
   return counted;
 }
 
@@ -128,7 +150,7 @@ void print_engine(const EngineRuns& runs, int threads) {
   std::printf("  %-22s %9.3f\n", "wall clock of the call", median(runs.ms));
 }
 
-void compare_on(const std::string& path, int count, int repeat, int threads, baseline::Search search) {
+void compare_on(const std::string& path, int count, int repeat, int threads, baseline::Settings settings) {
   std::string name;
   const Cloud cloud = load_scene(path, &name);
   const std::vector<std::array<float, 3>> samples = draw_samples(cloud.view(), count);
@@ -152,16 +174,18 @@ void compare_on(const std::string& path, int count, int repeat, int threads, bas
   Runs ignored;
   run_engine(other_engine, ignored.other);
   run_engine(engine, ignored.engine);
-  const baseline::Result classic = baseline::localize(cloud.view(), options, samples, search);
+  const baseline::Result classic = baseline::localize(cloud.view(), options, samples, settings);
   std::printf("%s: %zu points, %u x %u, %d samples, radius %.1f mm, baseline by %s\n", name.c_str(), cloud.size(),
               cloud.width, cloud.height, count, 1e3 * options.radius.front(),
-              search == baseline::Search::kKdTree ? "pcl kd-tree" : "pcl organized search");
-  print_agreement(compare(by_sample(steps, result), classic.samples));
+              settings.search == baseline::Search::kKdTree ? "pcl kd-tree" : "pcl organized search");
+  const std::vector<baseline::SampleResult> found = by_sample(steps, result);
+  print_agreement(compare(found, classic.samples));
+  print_finer_steps(cloud.view(), options, samples, found, classic.samples, settings);
 
   Runs runs;
   for (int i = 0; i < repeat; ++i) {
     run_engine(engine, runs.engine);
-    runs.classic.push_back(baseline::localize(cloud.view(), options, samples, search).seconds);
+    runs.classic.push_back(baseline::localize(cloud.view(), options, samples, settings).seconds);
     run_engine(other_engine, runs.other);
   }
   const bool published_applies = cloud.width == 640 && cloud.height == 480;
@@ -199,7 +223,7 @@ int main(int argc, char** argv) {
   try {
     handhold::bench::compare_on(
         path, samples, repeat, threads,
-        search == "kdtree" ? handhold::baseline::Search::kKdTree : handhold::baseline::Search::kOrganized);
+        {search == "kdtree" ? handhold::baseline::Search::kKdTree : handhold::baseline::Search::kOrganized});
   } catch (const std::exception& error) {
     std::fprintf(stderr, "handhold_compare: %s\n", error.what());
     return 1;

@@ -331,8 +331,13 @@ void run_classic_circle(benchmark::State& state) {
 void run_classic_shell(benchmark::State& state) {
   ClassicScene scene;
   const ShellQuery query = shell_query();
-  const baseline::ShellLimits limits = {query.half_width, query.start_radius,   query.max_radius,
-                                        query.gap,        query.max_gap_points, query.min_inner_points};
+  const baseline::ShellLimits limits = {query.half_width,
+                                        query.start_radius,
+                                        query.max_radius,
+                                        query.gap,
+                                        query.max_gap_points,
+                                        query.min_inner_points,
+                                        0.001};
   std::vector<float> rho2;
   for (auto _ : state) {
     auto shell = baseline::find_shell(*scene.cloud, scene.search, scene.sample.cast<double>(), Eigen::Vector3d::UnitZ(),

@@ -186,8 +186,9 @@ TEST(Baseline, OrganizedSearchFindsTheSameNeighbours) {
       for (int k = 0; k < 3; ++k) cloud.xyz.push_back(static_cast<float>(p[k]));
       if ((u + 160 * v) % 211 == 0) samples.push_back({float(p[0]), float(p[1]), float(p[2])});
     }
-  const baseline::Result tree = baseline::localize(cloud.view(), Options(), samples, baseline::Search::kKdTree);
-  const baseline::Result organized = baseline::localize(cloud.view(), Options(), samples, baseline::Search::kOrganized);
+  const baseline::Result tree = baseline::localize(cloud.view(), Options(), samples, {baseline::Search::kKdTree});
+  const baseline::Result organized =
+      baseline::localize(cloud.view(), Options(), samples, {baseline::Search::kOrganized});
   for (std::size_t i = 0; i < samples.size(); ++i) {
     EXPECT_EQ(organized.samples[i].neighbours, tree.samples[i].neighbours) << i;
     EXPECT_EQ(organized.samples[i].outcome, tree.samples[i].outcome) << i;
@@ -196,7 +197,7 @@ TEST(Baseline, OrganizedSearchFindsTheSameNeighbours) {
 
 TEST(Baseline, OrganizedSearchNeedsAnOrganizedCloud) {
   const CylinderScene scene(0.02, 0);
-  EXPECT_THROW(baseline::localize(scene.cloud.view(), Options(), {}, baseline::Search::kOrganized),
+  EXPECT_THROW(baseline::localize(scene.cloud.view(), Options(), {}, {baseline::Search::kOrganized}),
                std::invalid_argument);
 }
 

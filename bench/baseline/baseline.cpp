@@ -92,14 +92,14 @@ std::string_view to_string(Outcome outcome) {
 }
 
 Result localize(const CloudView& view, const Options& options, const std::vector<std::array<float, 3>>& samples,
-                Search kind) {
+                const Settings& settings) {
   Result result;
   result.samples.resize(samples.size());
   StageSeconds& seconds = result.seconds;
   StageClock clock;
 
   const PclCloud::Ptr cloud = to_pcl(view);
-  RadiusSearch search(cloud, kind);
+  RadiusSearch search(cloud, settings.search);
   clock.lap(seconds.index);
 
   const double radius = options.radius.front();
@@ -138,7 +138,8 @@ Result localize(const CloudView& view, const Options& options, const std::vector
     out.outcome = Outcome::kCircleNarrow;
     if (2 * circle.radius < options.hand_minimum) continue;
 
-    const ShellLimits limits = shell_limits(view, options, sample, count, circle.radius);
+    ShellLimits limits = shell_limits(view, options, sample, count, circle.radius);
+    limits.step = settings.shell_step;
     const Shell shell = find_shell(*cloud, search, circle.center, curvature.axis, limits, rho2);
     clock.lap(seconds.shell);
     out.outcome = shell.outcome;

@@ -22,6 +22,11 @@ enum class Search {
   kOrganized,  ///< pcl::search::OrganizedNeighbor; organized clouds whose projection PCL can recover
 };
 
+struct Settings {
+  Search search = Search::kKdTree;
+  double shell_step = 0.001;  ///< m; of the radius in the search for a gap, above 0
+};
+
 /// How a sample ended, in the order of the steps.
 enum class Outcome {
   kTooFewPoints,
@@ -67,6 +72,6 @@ struct Result {
 /// the options, those about samples, method, index and threads have no effect; the axis is always the Taubin one.
 /// @throws std::invalid_argument when kOrganized is asked for and PCL finds no projection for the cloud
 Result localize(const CloudView& cloud, const Options& options, const std::vector<std::array<float, 3>>& samples,
-                Search search = Search::kKdTree);
+                const Settings& settings = {});
 
 }  // namespace handhold::baseline

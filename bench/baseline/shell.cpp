@@ -8,12 +8,10 @@ namespace handhold::baseline {
 
 namespace {
 
-constexpr double kStep = 0.001;  // m
-
 // Steps from `start` (m) to the first radius with at most `max_gap_points` in its gap; negative: there is none.
 double first_gap(const std::vector<float>& rho2, const ShellLimits& limits, double start) {
-  for (int step = 0; start + step * kStep <= limits.max_radius; ++step) {
-    const double r = start + step * kStep;
+  for (int step = 0; start + step * limits.step <= limits.max_radius; ++step) {
+    const double r = start + step * limits.step;
     const float low2 = static_cast<float>(r * r);
     const float high2 = static_cast<float>((r + limits.gap) * (r + limits.gap));
     int in_gap = 0;

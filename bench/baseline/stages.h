@@ -68,12 +68,13 @@ struct ShellLimits {
   double gap;           ///< m
   int max_gap_points;
   int min_inner_points;
+  double step = 0.001;  ///< m; from one radius to the next
 };
 struct Shell {
   Outcome outcome = Outcome::kNoGap;  ///< kNoGap, kShellEmpty or kAffordance
   double radius = 0;                  ///< m
 };
-/// Steps the radius by 1 mm and counts points again for each one (paper, section 3.2). `rho2` is scratch.
+/// Steps the radius and counts points again for each one (paper, section 3.2: 1 mm). `rho2` is scratch.
 Shell find_shell(const PclCloud& cloud, RadiusSearch& search, const Eigen::Vector3d& center,
                  const Eigen::Vector3d& axis, const ShellLimits& limits, std::vector<float>& rho2);
 
