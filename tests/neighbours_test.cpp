@@ -228,6 +228,25 @@ TEST(Neighbours, BallIsClosed) {
   }
 }
 
+TEST(Neighbours, TilesThatJustTouchTheBall) {
+  for (const Kernels* table : test::all_kernels()) {
+    SCOPED_TRACE(table->name);
+    Random random(80);
+    for (int trial = 0; trial < 200; ++trial) {
+      const double off = std::pow(10, random.uniform(-6, -2)) * (trial % 2 ? 1 : -1);
+      SCOPED_TRACE(off);
+      const Vector3d corner = 0.025 * (1 + off) * random.direction();
+      const Vector3d at = random.normal3(0.05);
+      // the corner is the tile's nearest point, then its farthest
+      for (double other : {1.5, 0.2}) {
+        const FloatPoints tile =
+            test::transformed(test::tile_with_corner(random, corner, other * corner), Eigen::Matrix3d::Identity(), at);
+        expect_neighbours(*table, tile, at.cast<float>(), 0.025f, {});
+      }
+    }
+  }
+}
+
 TEST(Neighbours, FarFromTheOriginAndFarApart) {
   Random random(78);
   FloatPoints points = test::cube(random, 1000, 0.1);

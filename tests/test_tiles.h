@@ -34,12 +34,25 @@ inline std::vector<const kernels::Kernels*> all_kernels() {
   return tables;
 }
 
-/// The tables whose results must agree to the bit.
+/// The tables whose results must agree to the bit; a machine that runs none of them compares "scalar" with itself.
 inline std::vector<const kernels::Kernels*> bitwise_kernels() {
   std::vector<const kernels::Kernels*> tables;
   for (const kernels::Kernels* table : all_kernels())
     if (std::string(table->name) != "scalar") tables.push_back(table);
+  if (tables.empty()) tables = all_kernels();
   return tables;
+}
+
+/// A tile of 16 points with a corner of its box at `corner`: one point there, the others between it and `other`.
+inline FloatPoints tile_with_corner(Random& random, const Vector3d& corner, const Vector3d& other) {
+  FloatPoints tile = {corner.cast<float>(), other.cast<float>()};
+  while (tile.size() < 16) {
+    Vector3d p;
+    for (int i = 0; i < 3; ++i) p[i] = corner[i] + random.uniform(0.05, 1) * (other[i] - corner[i]);
+    tile.push_back(p.cast<float>());
+  }
+  random.shuffle(tile);
+  return tile;
 }
 
 /// Whether two plain structs or arrays hold the same bits.
