@@ -92,9 +92,10 @@ const char* isa_error() { return choice().error[0] ? choice().error : nullptr; }
 
 std::size_t scratch_bytes(std::int32_t blocks) {
   const std::size_t n = static_cast<std::size_t>(blocks < 1 ? 1 : blocks);
-  // Moments: fixed part, then 16 lists of at most one 8-byte entry a block. Shell: an address a tile and a float a point.
-  const std::size_t moments = 64 * 1024 + 16 * n * 8;
-  const std::size_t shell = n * 16 * sizeof(void*) + n * 256 * sizeof(float) + 256;
+  // Moments: a fixed part, then 16 times two lists of tile numbers. Shell: a list of tile numbers and a float a point.
+  // n blocks give at most n + 15 padded candidates.
+  const std::size_t moments = 64 * 1024 + 16 * 2 * (16 * (n + 15) + 16) * sizeof(std::uint32_t);
+  const std::size_t shell = (16 * n + 16) * sizeof(std::uint32_t) + (256 * n + 64) * sizeof(float);
   return padded(moments > shell ? moments : shell);
 }
 

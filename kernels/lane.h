@@ -131,4 +131,30 @@ LANE_FN Mask<T, W> invert(Mask<T, W> m) {
 /// Bits of a mask as a count: the number of lanes set.
 LANE_FN int count(M16 m) { return __builtin_popcount(bits(m)); }
 
+#if !defined(HANDHOLD_ISA_AVX512)
+/// The sums of sixteen rows, each over its sixteen lanes in the tree of reduce_add. rows: 64-byte aligned.
+LANE_FN F16 reduce_rows(const float (*rows)[16]) {
+  alignas(64) float sums[16];
+  for (int i = 0; i < 16; ++i) sums[i] = reduce_add(F16::load(rows[i]));
+  return F16::load(sums);
+}
+
+/// Appends base + t for every set bit t of a 16-bit mask; may write 16 entries. Returns the number of bits.
+LANE_FN int append_bits(std::uint32_t* list, std::uint32_t mask, std::uint32_t base) {
+  int n = 0;
+  for (std::uint32_t t = 0; t < 16; ++t) {
+    list[n] = base + t;
+    n += mask >> t & 1;
+  }
+  return n;
+}
+
+/// to[0..15] += the lanes of a, in double.
+LANE_FN void add_to_doubles(double* to, F16 a) {
+  alignas(64) float lanes[16];
+  a.store(lanes);
+  for (int i = 0; i < 16; ++i) to[i] += static_cast<double>(lanes[i]);
+}
+#endif
+
 }  // namespace handhold::HANDHOLD_LANE

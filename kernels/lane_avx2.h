@@ -105,11 +105,4 @@ struct Vec<double, 4> {
   friend LANE_FN Vec select(M m, Vec a, Vec b) { return _mm256_blendv_pd(b.v, a.v, m.m); }
 };
 
-LANE_FN Vec<double, 8> to_double(Vec<float, 8> a) {
-  return {Vec<double, 4>(_mm256_cvtps_pd(_mm256_castps256_ps128(a.v))),
-          Vec<double, 4>(_mm256_cvtps_pd(_mm256_extractf128_ps(a.v, 1)))};
-}
-LANE_FN Vec<double, 8> low_double(Vec<float, 16> a) { return to_double(a.lo); }
-LANE_FN Vec<double, 8> high_double(Vec<float, 16> a) { return to_double(a.hi); }
-
 }  // namespace handhold::HANDHOLD_LANE

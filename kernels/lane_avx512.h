@@ -94,8 +94,38 @@ struct Vec<double, 8> {
   friend LANE_FN Vec select(M m, Vec a, Vec b) { return _mm512_mask_mov_pd(b.v, m.m, a.v); }
 };
 
-/// The two halves of a pack of floats as doubles.
-LANE_FN Vec<double, 8> low_double(Vec<float, 16> a) { return _mm512_cvtps_pd(_mm512_castps512_ps256(a.v)); }
-LANE_FN Vec<double, 8> high_double(Vec<float, 16> a) { return _mm512_cvtps_pd(_mm512_extractf32x8_ps(a.v, 1)); }
+/// The sums of sixteen rows, each over its sixteen lanes in the tree of reduce_add. rows: 64-byte aligned.
+LANE_FN Vec<float, 16> reduce_rows(const float (*rows)[16]) {
+  __m512 quads[4];
+#pragma GCC unroll 4
+  for (int i = 0; i < 4; ++i) {
+    const __m512 a = _mm512_load_ps(rows[4 * i]), b = _mm512_load_ps(rows[4 * i + 1]);
+    const __m512 c = _mm512_load_ps(rows[4 * i + 2]), d = _mm512_load_ps(rows[4 * i + 3]);
+    const __m512 ab = _mm512_add_ps(_mm512_shuffle_f32x4(a, b, 0x44), _mm512_shuffle_f32x4(a, b, 0xee));
+    const __m512 cd = _mm512_add_ps(_mm512_shuffle_f32x4(c, d, 0x44), _mm512_shuffle_f32x4(c, d, 0xee));
+    // Four lanes of each of the rows a, b, c, d.
+    quads[i] = _mm512_add_ps(_mm512_shuffle_f32x4(ab, cd, 0x88), _mm512_shuffle_f32x4(ab, cd, 0xdd));
+  }
+  // Within the fours: first 0 + 2 and 1 + 3, then their sum. Lane 4 i + j ends up with row 4 j' + ..., put right below.
+  const __m512 q01 = _mm512_add_ps(_mm512_shuffle_ps(quads[0], quads[1], 0x44), _mm512_shuffle_ps(quads[0], quads[1], 0xee));
+  const __m512 q23 = _mm512_add_ps(_mm512_shuffle_ps(quads[2], quads[3], 0x44), _mm512_shuffle_ps(quads[2], quads[3], 0xee));
+  const __m512 sums = _mm512_add_ps(_mm512_shuffle_ps(q01, q23, 0x88), _mm512_shuffle_ps(q01, q23, 0xdd));
+  const __m512i order = _mm512_setr_epi32(0, 4, 8, 12, 1, 5, 9, 13, 2, 6, 10, 14, 3, 7, 11, 15);
+  return _mm512_permutexvar_ps(order, sums);
+}
+
+/// Appends base + t for every set bit t of a 16-bit mask; may write 16 entries. Returns the number of bits.
+LANE_FN int append_bits(std::uint32_t* list, std::uint32_t mask, std::uint32_t base) {
+  const __m512i lanes = _mm512_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15);
+  const __m512i id = _mm512_add_epi32(lanes, _mm512_set1_epi32(static_cast<int>(base)));
+  _mm512_storeu_si512(list, _mm512_maskz_compress_epi32(static_cast<__mmask16>(mask), id));
+  return __builtin_popcount(mask);
+}
+
+/// to[0..15] += the lanes of a, in double.
+LANE_FN void add_to_doubles(double* to, Vec<float, 16> a) {
+  _mm512_store_pd(to, _mm512_add_pd(_mm512_load_pd(to), _mm512_cvtps_pd(_mm512_castps512_ps256(a.v))));
+  _mm512_store_pd(to + 8, _mm512_add_pd(_mm512_load_pd(to + 8), _mm512_cvtps_pd(_mm512_extractf32x8_ps(a.v, 1))));
+}
 
 }  // namespace handhold::HANDHOLD_LANE

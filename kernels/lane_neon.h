@@ -102,13 +102,4 @@ struct Vec<double, 2> {
   friend LANE_FN Vec select(M m, Vec a, Vec b) { return vbslq_f64(m.m, a.v, b.v); }
 };
 
-LANE_FN Vec<double, 8> low_double(Vec<float, 16> a) {
-  return {{vcvt_f64_f32(vget_low_f32(a.lo.lo.v)), vcvt_high_f64_f32(a.lo.lo.v)},
-          {vcvt_f64_f32(vget_low_f32(a.lo.hi.v)), vcvt_high_f64_f32(a.lo.hi.v)}};
-}
-LANE_FN Vec<double, 8> high_double(Vec<float, 16> a) {
-  return {{vcvt_f64_f32(vget_low_f32(a.hi.lo.v)), vcvt_high_f64_f32(a.hi.lo.v)},
-          {vcvt_f64_f32(vget_low_f32(a.hi.hi.v)), vcvt_high_f64_f32(a.hi.hi.v)}};
-}
-
 }  // namespace handhold::HANDHOLD_LANE

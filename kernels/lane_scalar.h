@@ -109,10 +109,4 @@ struct Vec<double, 2> {
   friend LANE_FN Vec select(M m, Vec a, Vec b) { return m.m ? a.v : b.v; }
 };
 
-LANE_FN Vec<double, 4> to_double(Vec<float, 4> a) {
-  return {Vec<double, 2>(Double2{a.v[0], a.v[1]}), Vec<double, 2>(Double2{a.v[2], a.v[3]})};
-}
-LANE_FN Vec<double, 8> low_double(Vec<float, 16> a) { return {to_double(a.lo.lo), to_double(a.lo.hi)}; }
-LANE_FN Vec<double, 8> high_double(Vec<float, 16> a) { return {to_double(a.hi.lo), to_double(a.hi.hi)}; }
-
 }  // namespace handhold::HANDHOLD_LANE

@@ -18,9 +18,12 @@
 
 namespace handhold::HANDHOLD_LANE {
 
-inline constexpr int kChunk = 16;         ///< vectors of 16 points summed in float before they are carried to double
-inline constexpr int kSubBatch = 16;      ///< neighbourhoods per round of the three phases
-inline constexpr int kBufferVectors = 64;  ///< compacted boundary points held at once
+#ifndef HANDHOLD_CHUNK
+#define HANDHOLD_CHUNK 48
+#endif
+inline constexpr int kChunk = HANDHOLD_CHUNK;  ///< vectors of 16 points summed in float before they are carried to double
+inline constexpr int kSubBatch = 16;           ///< neighbourhoods per round of the three phases
+inline constexpr int kBufferVectors = 64;      ///< compacted boundary points held at once
 
 #if defined(HANDHOLD_ISA_AVX512)
 inline constexpr int kSumLanes = 16;  ///< lanes of one accumulator: what a register holds
@@ -31,33 +34,35 @@ inline constexpr int kSumLanes = 4;
 #endif
 using Sum = Vec<float, kSumLanes>;
 
-/// What the kernel keeps between its phases; followed in memory by kSubBatch * blocks BlockHits.
+/// What the kernel keeps between its phases; followed in memory by the lists of tiles.
 struct alignas(64) MomentScratch {
-  float sums[kSubBatch][16];           ///< tile sums: n, x y z, xx xy xz yy yz zz about the sample
-  float plane[3][kSubBatch];           ///< height axis, shear a, shear b: height = w - a u - b v
-  float residual2[kSubBatch];          ///< mean squared distance from the plane (m^2)
-  std::int32_t hits[kSubBatch];        ///< number of BlockHits
-  double total[kSubBatch][40];
-  double carry[40][8];                 ///< double sums, eight partial ones each
-  const float* inside[kChunk];
+  float sums[16][kSubBatch];       ///< tile sums: n, x y z, xx xy xz yy yz zz about the sample, one neighbourhood a lane
+  float rows[48][16];              ///< accumulators on their way to double
+  float plane[3][kSubBatch];       ///< height axis, shear a, shear b: height = w - a u - b v
+  float residual2[kSubBatch];      ///< mean squared distance from the plane (m^2)
+  std::int32_t boundary[kSubBatch], inside[kSubBatch];  ///< lengths of the lists
+  double total[kSubBatch][48];     ///< [0]: n, [1 ..]: sums
+  double shear[2][kSubBatch];      ///< of the neighbourhoods that were summed
   float buffer[3][kBufferVectors * 16 + 16];
 };
 
 // ---- Phase 1: cull, and add up the tiles whose mean lies in the ball ----------------------------------------------
 
-LANE_FN std::int32_t cull(const kernels::Tiles& tiles, const kernels::Candidates& candidates, const float* centre,
-                          float radius, BlockHit* hits, float* sums) {
+/// Writes the numbers of the touched tiles; adds up into lane `lane` of m.sums.
+LANE_FN void cull(const kernels::Tiles& tiles, const kernels::Candidates& candidates, const float* centre, float radius,
+                  int lane, std::uint32_t* boundary, std::uint32_t* inside, MomentScratch& m) {
   const Ball ball(centre, radius);
+  const F16 zero(0.0f);
   F16 s[10];
 #pragma GCC unroll 10
-  for (int i = 0; i < 10; ++i) s[i] = F16(0.0f);
-  std::int32_t n = 0;
+  for (int i = 0; i < 10; ++i) s[i] = zero;
+  int n_boundary = 0, n_inside = 0;
   visit_blocks(tiles, candidates, ball, [&](BlockHit hit) __attribute__((always_inline)) {
-    hits[n++] = hit;
+    n_boundary += append_bits(boundary + n_boundary, hit.boundary, 16 * hit.block);
+    n_inside += append_bits(inside + n_inside, hit.inside, 16 * hit.block);
     const float* t = tiles.sums + static_cast<std::size_t>(hit.block) * 160;
     const F16 x = F16::load(t + 16) - ball.x, y = F16::load(t + 32) - ball.y, z = F16::load(t + 48) - ball.z;
     const M16 in = squared_norm(x, y, z) <= ball.r2;
-    const F16 zero(0.0f);
     const F16 w = select(in, F16::load(t), zero);
     // An empty tile's mean is kFar: its products must not reach the sums as 0 * infinity.
     const F16 xi = select(in, x, zero), yi = select(in, y, zero), zi = select(in, z, zero);
@@ -70,9 +75,14 @@ LANE_FN std::int32_t cull(const kernels::Tiles& tiles, const kernels::Candidates
     s[8] = fma(wy, zi, s[8]) + select(in, F16::load(t + 128), zero);
     s[9] = fma(wz, zi, s[9]) + select(in, F16::load(t + 144), zero);
   });
+  m.boundary[lane] = n_boundary;
+  m.inside[lane] = n_inside;
 #pragma GCC unroll 10
-  for (int i = 0; i < 10; ++i) sums[i] = reduce_add(s[i]);
-  return n;
+  for (int i = 0; i < 10; ++i) s[i].store(m.rows[i]);
+  alignas(64) float sums[16];
+  reduce_rows(m.rows).store(sums);
+#pragma GCC unroll 10
+  for (int i = 0; i < 10; ++i) m.sums[i][lane] = sums[i];
 }
 
 // ---- Phase 2: rough planes, one neighbourhood a lane --------------------------------------------------------------
@@ -80,9 +90,7 @@ LANE_FN std::int32_t cull(const kernels::Tiles& tiles, const kernels::Candidates
 /// Plane of least squares through the summed tiles: smallest eigenvalue of their covariance by Newton's iteration from
 /// zero (monotone, since all roots are real and not negative), normal from the cross product of two rows.
 LANE_FN void rough_planes(MomentScratch& m, float radius) {
-  alignas(64) float column[10][kSubBatch];
-  for (int i = 0; i < kSubBatch; ++i)
-    for (int k = 0; k < 10; ++k) column[k][i] = m.sums[i][k];
+  const float (*column)[kSubBatch] = m.sums;
   const F16 zero(0.0f), one(1.0f);
   const F16 n = F16::load(column[0]);
   const F16 inverse = one / max(n, one);
@@ -160,161 +168,108 @@ LANE_FN void add_point(Sum* s, Sum x, Sum y, Sum z) {
 
 /// Coordinates of a neighbourhood's frame: u, v, and the height over the rough plane.
 struct HeightFrame {
-  int u, v, w;         ///< offsets of the coordinates in a tile: 0, 16 or 32
-  float cu, cv, cw;    ///< centre
-  float a, b;          ///< height = w - a u - b v
+  int u, v, w;  ///< which coordinate: 0, 1 or 2
+  float a, b;   ///< height = w - a u - b v
 };
 
-LANE_FN void carry(double (*to)[8], int lane, Sum s) {
-#if defined(HANDHOLD_ISA_AVX512)
-  (void)lane;
-  double* t = *to;
-  ((D8::load(t) + low_double(s)) + high_double(s)).store(t);
-#elif defined(HANDHOLD_ISA_AVX2)
-  (void)lane;
-  double* t = *to;
-  (D8::load(t) + to_double(s)).store(t);
-#else
-  alignas(64) float part[kSumLanes];
-  s.store(part);
-  for (int i = 0; i < kSumLanes; ++i) (*to)[(lane + i) % 8] += static_cast<double>(part[i]);
-#endif
-}
-
-/// Adds the sums [kFirst, kLast) of up to kChunk vectors to the double sums. load(i, lane, x, y, z) gives the i-th vector.
-template <int kFirst, int kLast, class Load>
-LANE_FN void sum_range(int n, double (*total)[8], Load&& load) {
+/// Adds the sums [kFirst, kLast) over n_inside whole tiles and n_buffer vectors of the buffer, and leaves them in m.rows.
+template <int kFirst, int kLast>
+LANE_FN void sum_range(const kernels::Tiles& tiles, const std::uint32_t* inside, int n_inside, int first, int n_buffer,
+                       const float* centre, const HeightFrame& frame, MomentScratch& m) {
+  const Sum a(frame.a), b(frame.b);
+  const Sum cu(centre[frame.u]), cv(centre[frame.v]), cw(centre[frame.w]);
 #pragma GCC unroll 1
   for (int lane = 0; lane < 16; lane += kSumLanes) {
     Sum s[kLast - kFirst];
 #pragma GCC unroll 34
     for (int k = 0; k < kLast - kFirst; ++k) s[k] = Sum(0.0f);
+    const float *pu = tiles.points + 16 * frame.u + lane, *pv = tiles.points + 16 * frame.v + lane;
+    const float* pw = tiles.points + 16 * frame.w + lane;
 #pragma GCC unroll 1
-    for (int i = 0; i < n; ++i) {
-      Sum x, y, z;
-      load(i, lane, x, y, z);
+    for (int i = 0; i < n_inside; ++i) {
+      const std::size_t at = 48 * static_cast<std::size_t>(inside[i]);
+      const Sum x = Sum::load(pu + at) - cu, y = Sum::load(pv + at) - cv;
+      const Sum z = fnma(a, x, fnma(b, y, Sum::load(pw + at) - cw));
+      add_point<kFirst, kLast>(s, x, y, z);
+    }
+    pu = m.buffer[frame.u] + lane, pv = m.buffer[frame.v] + lane, pw = m.buffer[frame.w] + lane;
+#pragma GCC unroll 1
+    for (int i = first; i < first + n_buffer; ++i) {
+      const Sum x = Sum::load(pu + 16 * i), y = Sum::load(pv + 16 * i);
+      const Sum z = fnma(a, x, fnma(b, y, Sum::load(pw + 16 * i)));
       add_point<kFirst, kLast>(s, x, y, z);
     }
 #pragma GCC unroll 34
-    for (int k = 0; k < kLast - kFirst; ++k) carry(total + kFirst + k, lane, s[k]);
+    for (int k = 0; k < kLast - kFirst; ++k) s[k].store(m.rows[kFirst + k] + lane);
   }
 }
-/// All 34 sums, in as many passes as keep the accumulators in registers.
-template <class Load>
-LANE_FN void sum_chunk(int n, double (*total)[8], Load&& load) {
+
+/// All 34 sums over one chunk, in as many passes as keep the accumulators in registers, added to the double sums.
+LANE_FN void sum_chunk(const kernels::Tiles& tiles, const std::uint32_t* inside, int n_inside, int first, int n_buffer,
+                       const float* centre, const HeightFrame& frame, MomentScratch& m, double* total) {
 #if defined(HANDHOLD_ISA_AVX512)
-  sum_range<0, 19>(n, total, load);
-  sum_range<19, 34>(n, total, load);
+  sum_range<0, 19>(tiles, inside, n_inside, first, n_buffer, centre, frame, m);
+  sum_range<19, 34>(tiles, inside, n_inside, first, n_buffer, centre, frame, m);
 #else
-  sum_range<0, 9>(n, total, load);
-  sum_range<9, 19>(n, total, load);
-  sum_range<19, 27>(n, total, load);
-  sum_range<27, 34>(n, total, load);
+  sum_range<0, 9>(tiles, inside, n_inside, first, n_buffer, centre, frame, m);
+  sum_range<9, 19>(tiles, inside, n_inside, first, n_buffer, centre, frame, m);
+  sum_range<19, 27>(tiles, inside, n_inside, first, n_buffer, centre, frame, m);
+  sum_range<27, 34>(tiles, inside, n_inside, first, n_buffer, centre, frame, m);
 #endif
+  // Rows 34 and on are zero.
+  for (int k = 0; k < 48; k += 16) add_to_doubles(total + k, reduce_rows(m.rows + k));
 }
 
-LANE_FN void sum_inside(const float* const* tiles, int n, const HeightFrame& frame, double (*total)[8]) {
-  const Sum cu(frame.cu), cv(frame.cv), cw(frame.cw), a(frame.a), b(frame.b);
-  sum_chunk(n, total, [&](int i, int lane, Sum& x, Sum& y, Sum& z) __attribute__((always_inline)) {
-    const float* p = tiles[i] + lane;
-    x = Sum::load(p + frame.u) - cu;
-    y = Sum::load(p + frame.v) - cv;
-    z = fnma(a, x, fnma(b, y, Sum::load(p + frame.w) - cw));
-  });
-}
-LANE_FN void sum_buffer(const MomentScratch& m, int first, int n, double (*total)[8]) {
-  sum_chunk(n, total, [&](int i, int lane, Sum& x, Sum& y, Sum& z) __attribute__((always_inline)) {
-    const int at = (first + i) * 16 + lane;
-    x = Sum::load(m.buffer[0] + at);
-    y = Sum::load(m.buffer[1] + at);
-    z = Sum::load(m.buffer[2] + at);
-  });
-}
-
-/// The sum of eight partial sums for eight entries at once: ((0+1)+(2+3)) + ((4+5)+(6+7)).
-LANE_FN void reduce8(const double (*s)[8], double* out) {
-#if defined(HANDHOLD_ISA_AVX512)
-  __m512d p[4];
-  for (int i = 0; i < 4; ++i) {
-    const __m512d a = _mm512_load_pd(s[2 * i]), b = _mm512_load_pd(s[2 * i + 1]);
-    p[i] = _mm512_add_pd(_mm512_unpacklo_pd(a, b), _mm512_unpackhi_pd(a, b));
-  }
-  const __m512d q0 = _mm512_add_pd(_mm512_shuffle_f64x2(p[0], p[1], 0x88), _mm512_shuffle_f64x2(p[0], p[1], 0xdd));
-  const __m512d q1 = _mm512_add_pd(_mm512_shuffle_f64x2(p[2], p[3], 0x88), _mm512_shuffle_f64x2(p[2], p[3], 0xdd));
-  _mm512_storeu_pd(out, _mm512_add_pd(_mm512_shuffle_f64x2(q0, q1, 0x88), _mm512_shuffle_f64x2(q0, q1, 0xdd)));
-#else
-  for (int i = 0; i < 8; ++i) {
-    const double* v = s[i];
-    out[i] = ((v[0] + v[1]) + (v[2] + v[3])) + ((v[4] + v[5]) + (v[6] + v[7]));
-  }
-#endif
-}
-
-/// Sums of one neighbourhood in its height frame: out[0] = n, out[1..34] as add_point. Returns n.
-LANE_FN std::int32_t sum_neighbourhood(const kernels::Tiles& tiles, const BlockHit* hits, std::int32_t n_hits,
-                                       const float* centre, float radius, const HeightFrame& frame, MomentScratch& m,
-                                       double* out) {
-  for (int k = 0; k < 40; ++k) D8(0.0).store(m.carry[k]);
-  const F16 cu(frame.cu), cv(frame.cv), cw(frame.cw), a(frame.a), b(frame.b);
+/// Sums of one neighbourhood in its height frame: m.total[slot][k] for k < 34 as add_point. Returns the number of points.
+LANE_FN std::int32_t sum_neighbourhood(const kernels::Tiles& tiles, const std::uint32_t* boundary, int n_boundary,
+                                       const std::uint32_t* inside, int n_inside, const float* centre, float radius,
+                                       const HeightFrame& frame, MomentScratch& m, int slot) {
+  double* const total = m.total[slot];
+#pragma GCC unroll 6
+  for (int k = 0; k < 48; k += 8) D8(0.0).store(total + k);
   const Ball ball(centre, radius);
-  int n_inside = 0, n_buffer = 0;
-  std::int32_t count = 0;
-  for (std::int32_t h = 0; h < n_hits; ++h) {
-    const BlockHit hit = hits[h];
-    for (std::uint32_t rest = hit.inside; rest; rest &= rest - 1) {
-      m.inside[n_inside++] = tile_points(tiles, hit.block, __builtin_ctz(rest));
-      if (n_inside == kChunk) {
-        sum_inside(m.inside, kChunk, frame, m.carry);
-        count += kChunk * 16;
-        n_inside = 0;
+  std::int32_t count = 16 * n_inside;
+  int n_buffer = 0;
+  for (int i = 0; i < n_boundary; ++i) {
+    const float* p = tile_points(tiles, boundary[i]);
+    const F16 dx = F16::load(p) - ball.x, dy = F16::load(p + 16) - ball.y, dz = F16::load(p + 32) - ball.z;
+    const M16 in = squared_norm(dx, dy, dz) <= ball.r2;
+    compress_store(m.buffer[0] + n_buffer, in, dx);
+    compress_store(m.buffer[1] + n_buffer, in, dy);
+    n_buffer += compress_store(m.buffer[2] + n_buffer, in, dz);
+    if (n_buffer > (kBufferVectors - 1) * 16) {
+      // Full: the whole vectors go, the rest moves to the front.
+      constexpr int kWhole = kBufferVectors - 1;
+      for (int first = 0; first < kWhole; first += kChunk) {
+        sum_chunk(tiles, nullptr, 0, first, kWhole - first < kChunk ? kWhole - first : kChunk, centre, frame, m, total);
       }
-    }
-    for (std::uint32_t rest = hit.boundary; rest; rest &= rest - 1) {
-      const float* p = tile_points(tiles, hit.block, __builtin_ctz(rest));
-      const F16 dx = F16::load(p) - ball.x, dy = F16::load(p + 16) - ball.y, dz = F16::load(p + 32) - ball.z;
-      const M16 in = squared_norm(dx, dy, dz) <= ball.r2;
-      const F16 u = F16::load(p + frame.u) - cu, v = F16::load(p + frame.v) - cv;
-      const F16 w = fnma(a, u, fnma(b, v, F16::load(p + frame.w) - cw));
-      compress_store(m.buffer[0] + n_buffer, in, u);
-      compress_store(m.buffer[1] + n_buffer, in, v);
-      n_buffer += compress_store(m.buffer[2] + n_buffer, in, w);
-    }
-    // A block adds at most 256 points.
-    if (n_buffer > (kBufferVectors - 16) * 16) {
-      int done = 0;
-      for (; (done + kChunk) * 16 <= n_buffer; done += kChunk) sum_buffer(m, done, kChunk, m.carry);
-      count += done * 16;
-      const int left = n_buffer - done * 16;
-      for (int i = 0; i < left; i += 16) {
-        for (int k = 0; k < 3; ++k) F16::load(m.buffer[k] + done * 16 + i).store(m.buffer[k] + i);
-      }
-      n_buffer = left;
+      for (int k = 0; k < 3; ++k) F16::load(m.buffer[k] + kWhole * 16).store(m.buffer[k]);
+      count += kWhole * 16;
+      n_buffer -= kWhole * 16;
     }
   }
-  if (n_inside) sum_inside(m.inside, n_inside, frame, m.carry);
+  count += n_buffer;
   // Zeros add nothing to any sum: the last vector is filled up with them.
   for (int k = 0; k < 3; ++k) F16(0.0f).storeu(m.buffer[k] + n_buffer);
-  for (int done = 0; done * 16 < n_buffer; done += kChunk) {
-    const int vectors = (n_buffer + 15) / 16 - done;
-    sum_buffer(m, done, vectors < kChunk ? vectors : kChunk, m.carry);
-  }
-  count += n_inside * 16 + n_buffer;
-  out[0] = static_cast<double>(count);
-  double reduced[40];
-  for (int k = 0; k < 40; k += 8) reduce8(m.carry + k, reduced + k);
-  for (int k = 0; k < 34; ++k) out[1 + k] = reduced[k];
+  int left = (n_buffer + 15) / 16, first = 0;
+  do {
+    const int whole = n_inside < kChunk ? n_inside : kChunk;
+    const int rest = left < kChunk - whole ? left : kChunk - whole;
+    sum_chunk(tiles, inside, whole, first, rest, centre, frame, m, total);
+    inside += whole, n_inside -= whole;
+    first += rest, left -= rest;
+  } while (n_inside > 0 || left > 0);
   return count;
 }
 
 /// Undoes the shear, scales by the radius and writes the moments of up to kSubBatch neighbourhoods.
 LANE_FN void finish_moments(MomentScratch& m, int n, float radius, kernels::Moments* const* out) {
   alignas(64) double column[kernels::kMoments][kSubBatch];
-  alignas(64) double shear[2][kSubBatch];
   for (int i = 0; i < kSubBatch; ++i) {
     const int from = i < n ? i : 0;
-    for (int k = 0; k < kernels::kMoments; ++k) column[k][i] = m.total[from][k];
-    shear[0][i] = static_cast<double>(m.plane[1][from]);
-    shear[1][i] = static_cast<double>(m.plane[2][from]);
+    column[0][i] = static_cast<double>(out[from]->count);
+    for (int k = 1; k < kernels::kMoments; ++k) column[k][i] = m.total[from][k - 1];
+    m.shear[0][i] = m.shear[0][from], m.shear[1][i] = m.shear[1][from];
   }
   const double s = 1.0 / static_cast<double>(radius);
   const double scale[5] = {1.0, s, s * s, s * s * s, s * s * s * s};
@@ -325,7 +280,7 @@ LANE_FN void finish_moments(MomentScratch& m, int n, float radius, kernels::Mome
     for (int k = 0; k < kernels::kMoments; ++k) {
       v[k] = D8::load(column[k] + lane) * D8(scale[k == 0 ? 0 : k < 4 ? 1 : k < 10 ? 2 : k < 20 ? 3 : 4]);
     }
-    shear_moments(v, D8::load(shear[0] + lane), D8::load(shear[1] + lane));
+    shear_moments(v, D8::load(m.shear[0] + lane), D8::load(m.shear[1] + lane));
 #pragma GCC unroll 35
     for (int k = 0; k < kernels::kMoments; ++k) v[k].store(column[k] + lane);
   }
@@ -337,16 +292,16 @@ LANE_FN void finish_moments(MomentScratch& m, int n, float radius, kernels::Mome
 LANE_FN void neighbourhood_moments(const kernels::Tiles& tiles, const kernels::Candidates& candidates,
                                    const kernels::NeighbourhoodBatch& batch, void* memory, kernels::Moments* out) {
   MomentScratch& m = *static_cast<MomentScratch*>(memory);
-  BlockHit* const hits = reinterpret_cast<BlockHit*>(static_cast<char*>(memory) + sizeof(MomentScratch));
-  const std::int32_t capacity = tiles.blocks;
+  std::uint32_t* const lists = reinterpret_cast<std::uint32_t*>(static_cast<char*>(memory) + sizeof(MomentScratch));
+  const std::size_t capacity = 16 * static_cast<std::size_t>(candidates.padded) + 16;
   for (std::int32_t first = 0; first < batch.n; first += kSubBatch) {
     const int n = batch.n - first < kSubBatch ? batch.n - first : kSubBatch;
+    for (int k = 0; k < 10; ++k) F16(0.0f).store(m.sums[k]);
+    for (int k = 34; k < 48; ++k) F16(0.0f).store(m.rows[k]);
     for (int i = 0; i < n; ++i) {
-      m.hits[i] = cull(tiles, candidates, batch.centre + 3 * (first + i), batch.radius,
-                       hits + static_cast<std::size_t>(i) * static_cast<std::size_t>(capacity), m.sums[i]);
+      std::uint32_t* list = lists + 2 * capacity * static_cast<std::size_t>(i);
+      cull(tiles, candidates, batch.centre + 3 * (first + i), batch.radius, i, list, list + capacity, m);
     }
-    for (int i = n; i < kSubBatch; ++i)
-      for (int k = 0; k < 16; ++k) m.sums[i][k] = 0.0f;
     rough_planes(m, batch.radius);
 
     kernels::Moments* summed[kSubBatch];
@@ -356,24 +311,23 @@ LANE_FN void neighbourhood_moments(const kernels::Tiles& tiles, const kernels::C
       const float* c = batch.centre + 3 * (first + i);
       to.skipped = 0;
       // Twelve points are enough to tell a plane; fewer go on and are judged by their exact number.
-      if (m.sums[i][0] >= 12.0f && m.residual2[i] < batch.flat_rms * batch.flat_rms) {
+      if (m.sums[0][i] >= 12.0f && m.residual2[i] < batch.flat_rms * batch.flat_rms) {
         to.skipped = 1;
-        to.count = static_cast<std::int32_t>(m.sums[i][0]);
+        to.count = static_cast<std::int32_t>(m.sums[0][i]);
         continue;
       }
       const int w = static_cast<int>(m.plane[0][i]), u = (w + 1) % 3, v = (w + 2) % 3;
-      // The plane's entries move along with the sums when neighbourhoods in between are skipped.
-      const float a = m.plane[1][i], b = m.plane[2][i];
-      const HeightFrame frame = {16 * u, 16 * v, 16 * w, c[u], c[v], c[w], a, b};
-      to.count = sum_neighbourhood(tiles, hits + static_cast<std::size_t>(i) * static_cast<std::size_t>(capacity),
-                                   m.hits[i], c, batch.radius, frame, m, m.total[n_summed]);
+      const HeightFrame frame = {u, v, w, m.plane[1][i], m.plane[2][i]};
+      const std::uint32_t* list = lists + 2 * capacity * static_cast<std::size_t>(i);
+      to.count = sum_neighbourhood(tiles, list, m.boundary[i], list + capacity, m.inside[i], c, batch.radius, frame, m,
+                                   n_summed);
       if (to.count < batch.min_points) {
         to.skipped = 1;
         continue;
       }
       for (int k = 0; k < 9; ++k) to.R_frame_cloud[k] = 0.0;
       to.R_frame_cloud[u] = to.R_frame_cloud[3 + v] = to.R_frame_cloud[6 + w] = 1.0;
-      m.plane[1][n_summed] = a, m.plane[2][n_summed] = b;
+      m.shear[0][n_summed] = static_cast<double>(frame.a), m.shear[1][n_summed] = static_cast<double>(frame.b);
       summed[n_summed++] = &to;
     }
     if (n_summed) finish_moments(m, n_summed, batch.radius, summed);

@@ -42,8 +42,8 @@ LANE_FN BoxHits test_boxes(const float* const* box, std::size_t at, const Ball& 
 /// A block that a ball touches: masks of its tiles.
 struct BlockHit {
   std::uint32_t block;
-  std::uint16_t boundary;  ///< tiles whose points must be tested one by one
-  std::uint16_t inside;    ///< tiles of 16 points that lie wholly within
+  std::uint32_t boundary;  ///< tiles whose points must be tested one by one
+  std::uint32_t inside;    ///< tiles of 16 points that lie wholly within
 };
 
 /// Calls visit(BlockHit) for every block with a touched tile, in the order of the candidates.
@@ -52,22 +52,20 @@ LANE_FN void visit_blocks(const kernels::Tiles& tiles, const kernels::Candidates
                           Visit&& visit) {
   for (std::int32_t i = 0; i < candidates.padded; i += 16) {
     std::uint32_t blocks = test_boxes(candidates.boxes, static_cast<std::size_t>(i), ball).touched;
-    while (blocks) {
+    for (; blocks; blocks &= blocks - 1) {
       const std::uint32_t block = candidates.block[i + __builtin_ctz(blocks)];
-      blocks &= blocks - 1;
       const float* b = tiles.boxes + static_cast<std::size_t>(block) * 96;
       const float* const rows[6] = {b, b + 16, b + 32, b + 48, b + 64, b + 80};
       const BoxHits hits = test_boxes(rows, 0, ball);
-      if (!hits.touched) continue;
       const std::uint32_t inside = hits.inside & tiles.full[block];
-      visit(BlockHit{block, static_cast<std::uint16_t>(hits.touched & ~inside), static_cast<std::uint16_t>(inside)});
+      visit(BlockHit{block, hits.touched & ~inside, inside});
     }
   }
 }
 
-/// Start of a tile's x16 | y16 | z16.
-LANE_FN const float* tile_points(const kernels::Tiles& tiles, std::uint32_t block, int tile) {
-  return tiles.points + (static_cast<std::size_t>(block) * 16 + static_cast<std::size_t>(tile)) * 48;
+/// Start of a tile's x16 | y16 | z16; tiles are numbered through all blocks.
+LANE_FN const float* tile_points(const kernels::Tiles& tiles, std::uint32_t tile) {
+  return tiles.points + static_cast<std::size_t>(tile) * 48;
 }
 
 /// kernels::Kernels::collect
@@ -76,8 +74,8 @@ LANE_FN std::int32_t collect_points(const kernels::Tiles& tiles, const kernels::
   const Ball ball(centre, radius);
   std::int32_t n = 0;
   visit_blocks(tiles, candidates, ball, [&](BlockHit hit) __attribute__((always_inline)) {
-    for (std::uint32_t rest = static_cast<std::uint32_t>(hit.boundary | hit.inside); rest; rest &= rest - 1) {
-      const float* p = tile_points(tiles, hit.block, __builtin_ctz(rest));
+    for (std::uint32_t rest = hit.boundary | hit.inside; rest; rest &= rest - 1) {
+      const float* p = tile_points(tiles, 16 * hit.block + static_cast<std::uint32_t>(__builtin_ctz(rest)));
       const F16 dx = F16::load(p) - ball.x, dy = F16::load(p + 16) - ball.y, dz = F16::load(p + 32) - ball.z;
       const M16 in = squared_norm(dx, dy, dz) <= ball.r2;
       compress_store(x + n, in, dx);

@@ -140,12 +140,12 @@ LANE_FN std::uint32_t test_slab(const float* const* box, std::size_t at, const B
   return touched & bits(offset <= (extent + half_width) * F16(1.00001f) + F16(1e-7f));
 }
 
-/// kernels::Kernels::shell. Scratch: 16 * blocks tile addresses, then 256 * blocks + 32 floats.
+/// kernels::Kernels::shell. Scratch: 16 * blocks + 16 tile numbers, then 256 * blocks + 32 floats.
 LANE_FN void find_shell(const kernels::Tiles& tiles, const kernels::Candidates& candidates, const kernels::ShellQuery& q,
                         void* scratch, kernels::ShellResult& result) {
-  const float** const list = static_cast<const float**>(scratch);
-  float* const rho2 = reinterpret_cast<float*>(static_cast<char*>(scratch) +
-                                               sizeof(float*) * 16 * static_cast<std::size_t>(tiles.blocks));
+  const std::size_t capacity = 16 * static_cast<std::size_t>(tiles.blocks) + 16;
+  std::uint32_t* const list = static_cast<std::uint32_t*>(scratch);
+  float* const rho2 = reinterpret_cast<float*>(static_cast<char*>(scratch) + sizeof(std::uint32_t) * capacity);
   const float limit = q.max_radius + q.gap;
   const Ball ball(q.centre, sqrt(limit * limit + q.half_width * q.half_width));
   const F16 ax(q.axis[0]), ay(q.axis[1]), az(q.axis[2]), width(q.half_width), limit2(limit * limit);
@@ -156,15 +156,13 @@ LANE_FN void find_shell(const kernels::Tiles& tiles, const kernels::Candidates& 
       const std::uint32_t block = candidates.block[i + __builtin_ctz(blocks)];
       const float* b = tiles.boxes + static_cast<std::size_t>(block) * 96;
       const float* const rows[6] = {b, b + 16, b + 32, b + 48, b + 64, b + 80};
-      for (std::uint32_t rest = test_slab(rows, 0, ball, ax, ay, az, width); rest; rest &= rest - 1) {
-        list[n_tiles++] = tile_points(tiles, block, __builtin_ctz(rest));
-      }
+      n_tiles += append_bits(list + n_tiles, test_slab(rows, 0, ball, ax, ay, az, width), 16 * block);
     }
   }
   std::int32_t n = 0;
   const auto add = [&](std::int32_t first, std::int32_t step) __attribute__((always_inline)) {
     for (std::int32_t i = first; i < n_tiles; i += step) {
-      const float* p = list[i];
+      const float* p = tile_points(tiles, list[i]);
       const F16 dx = F16::load(p) - ball.x, dy = F16::load(p + 16) - ball.y, dz = F16::load(p + 32) - ball.z;
       const F16 t = fma(ax, dx, fma(ay, dy, az * dz));
       const F16 r2 = squared_norm(fnma(t, ax, dx), fnma(t, ay, dy), fnma(t, az, dz));

@@ -37,13 +37,18 @@ LANE_FN std::int32_t finish_tiles(float* points, float* box, std::uint16_t* full
     // About the low corner, so that the squares stay small.
     const F16 dx = select(valid, x - F16(low[0]), zero), dy = select(valid, y - F16(low[1]), zero);
     const F16 dz = select(valid, z - F16(low[2]), zero);
+    alignas(64) float rows[16][16], sum[16];
+    dx.store(rows[0]), dy.store(rows[1]), dz.store(rows[2]);
+    (dx * dx).store(rows[3]), (dx * dy).store(rows[4]), (dx * dz).store(rows[5]);
+    (dy * dy).store(rows[6]), (dy * dz).store(rows[7]), (dz * dz).store(rows[8]);
+    for (int k = 9; k < 16; ++k) zero.store(rows[k]);
+    reduce_rows(rows).store(sum);
     const float inverse = 1.0f / static_cast<float>(n);
-    const float sx = reduce_add(dx), sy = reduce_add(dy), sz = reduce_add(dz);
     sums[t] = static_cast<float>(n);
-    sums[16 + t] = low[0] + sx * inverse, sums[32 + t] = low[1] + sy * inverse, sums[48 + t] = low[2] + sz * inverse;
-    sums[64 + t] = reduce_add(dx * dx) - sx * sx * inverse, sums[80 + t] = reduce_add(dx * dy) - sx * sy * inverse;
-    sums[96 + t] = reduce_add(dx * dz) - sx * sz * inverse, sums[112 + t] = reduce_add(dy * dy) - sy * sy * inverse;
-    sums[128 + t] = reduce_add(dy * dz) - sy * sz * inverse, sums[144 + t] = reduce_add(dz * dz) - sz * sz * inverse;
+    for (int k = 0; k < 3; ++k) sums[16 + 16 * k + t] = low[k] + sum[k] * inverse;
+    sums[64 + t] = sum[3] - sum[0] * sum[0] * inverse, sums[80 + t] = sum[4] - sum[0] * sum[1] * inverse;
+    sums[96 + t] = sum[5] - sum[0] * sum[2] * inverse, sums[112 + t] = sum[6] - sum[1] * sum[1] * inverse;
+    sums[128 + t] = sum[7] - sum[1] * sum[2] * inverse, sums[144 + t] = sum[8] - sum[2] * sum[2] * inverse;
   }
   *full = static_cast<std::uint16_t>(full_mask);
   return total;
