@@ -16,7 +16,7 @@ inline constexpr int kTilePoints = 16;   ///< points of a tile
 inline constexpr int kBlockTiles = 16;   ///< tiles of a block
 inline constexpr float kFar = 1e18f;     ///< coordinate of a missing point: outside every ball and every shell
 
-/// Tiles of 16 points in blocks of 16 tiles. Coordinates are metres relative to an origin that the owner keeps.
+/// Tiles of 16 points in blocks of 16 tiles. Coordinates are metres in the frame of the cloud.
 struct Tiles {
   const float* points;        ///< [tile][3][16]: x16 | y16 | z16, 64-byte aligned; missing points have kFar in x, y and z
   const float* boxes;         ///< [block][6][16]: low x, y, z then high x, y, z of the block's tiles; an empty tile has
@@ -50,11 +50,13 @@ constexpr int moment_index(int i, int j, int k) {
 
 /// A list of samples of one group (all near each other), and what comes out for each.
 struct NeighbourhoodBatch {
-  const float* centre;     ///< [n][3] m, relative to the tiles' origin
+  const float* centre;     ///< [n][3] m
   std::int32_t n;          ///< at most kMaxGroup
   float radius;            ///< m
   float flat_rms;          ///< m; a neighbourhood whose points lie within this (rms) of a plane is not summed; 0: none is skipped
   std::int32_t min_points; ///< a neighbourhood with fewer points is not summed
+  float flat_slope = 0;    ///< 1/m; narrow neighbourhoods are flat within less: also within flat_slope times the variance
+                           ///< (m^2) of their points along the plane's short side; 0: flat_rms alone decides
 };
 inline constexpr int kMaxGroup = 64;
 
@@ -64,7 +66,7 @@ struct Moments {
   double sum[kMoments];     ///< sum[0] is the number of points
   double R_frame_cloud[9];  ///< row-major rotation: rows are the frame's axes in the cloud's frame
   std::int32_t count;       ///< points in the ball
-  std::int32_t skipped;     ///< 1: planar within flat_rms, or fewer than min_points: sums are not valid
+  std::int32_t skipped;     ///< 1: flat, or fewer than min_points: sums are not valid, count is that of the tiles
 };
 
 /// Scratch of the neighbourhood and shell kernels, one per thread, sized by `scratch_bytes(blocks)`, 64-byte aligned.
@@ -141,8 +143,7 @@ struct Kernels {
   /// are replaced by kFar. points: [16][3][16]; box: [6][16]; sums: [10][16]. Returns the number of points.
   std::int32_t (*finish_block)(float* points, float* box, std::uint16_t* full, float* sums);
 
-  /// Moments of each neighbourhood of a group. `out` holds batch.n entries. `times` (may be null) gets the time stamp
-  /// counter's ticks of culling [0] and of summing [1] added.
+  /// Moments of each neighbourhood of a group. `out` holds batch.n entries.
   void (*moments)(const Tiles& tiles, const Candidates& candidates, const NeighbourhoodBatch& batch, void* scratch,
                   Moments* out);
 

@@ -40,6 +40,7 @@ struct alignas(64) MomentScratch {
   float rows[48][16];              ///< accumulators on their way to double
   float plane[3][kSubBatch];       ///< height axis, shear a, shear b: height = w - a u - b v
   float residual2[kSubBatch];      ///< mean squared distance from the plane (m^2)
+  float narrow2[kSubBatch];        ///< variance along the plane's short side (m^2)
   std::int32_t boundary[kSubBatch], inside[kSubBatch];  ///< lengths of the lists
   double total[kSubBatch][48];     ///< [0]: n, [1 ..]: sums
   double shear[2][kSubBatch];      ///< of the neighbourhoods that were summed
@@ -112,6 +113,10 @@ LANE_FN void rough_planes(MomentScratch& m, float radius) {
   }
   lambda = max(lambda, zero);
   (lambda * F16(radius * radius)).store(m.residual2);
+  // The other two roots have the sum t and the product p; the smaller one.
+  const F16 t = trace - lambda, p = fnma(lambda, t, minors);
+  const F16 middle = F16(0.5f) * t - sqrt(max(fnma(F16(1.0f), p, F16(0.25f) * t * t), zero));
+  (middle * F16(radius * radius)).store(m.narrow2);
   // Normal: the longest cross product of two rows of (C - lambda I).
   const F16 ra = a - lambda, rd = d - lambda, rf = f - lambda;
   const F16 x0 = b * e - c * rd, y0 = c * b - ra * e, z0 = ra * rd - b * b;    // row 0 x row 1
@@ -310,8 +315,10 @@ LANE_FN void neighbourhood_moments(const kernels::Tiles& tiles, const kernels::C
       kernels::Moments& to = out[first + i];
       const float* c = batch.centre + 3 * (first + i);
       to.skipped = 0;
+      float flat = batch.flat_rms;
+      if (batch.flat_slope > 0.0f && batch.flat_slope * m.narrow2[i] < flat) flat = batch.flat_slope * m.narrow2[i];
       // Twelve points are enough to tell a plane; fewer go on and are judged by their exact number.
-      if (m.sums[0][i] >= 12.0f && m.residual2[i] < batch.flat_rms * batch.flat_rms) {
+      if (m.sums[0][i] >= 12.0f && m.residual2[i] < flat * flat) {
         to.skipped = 1;
         to.count = static_cast<std::int32_t>(m.sums[0][i]);
         continue;

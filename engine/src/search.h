@@ -4,7 +4,9 @@
 #include <tbb/enumerable_thread_specific.h>
 
 #include <chrono>
+#include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "aligned.h"
@@ -37,7 +39,7 @@ struct StepSeconds {
 /// 16 fits are solved at once.
 class Search {
  public:
-  explicit Search(const Options& options) : options_(&options) {}
+  explicit Search(const Options& options);
 
   void begin(const TileStore& tiles, const NeighbourIndex& index, const std::optional<Vector3>& viewpoint);
 
@@ -52,6 +54,10 @@ class Search {
   struct Group {
     std::uint32_t begin, end;  ///< in the sorted order
     float low[3], high[3];     ///< box of its samples (m)
+  };
+  /// What is too flat to be summed: kernels::NeighbourhoodBatch::flat_rms and flat_slope.
+  struct Flatness {
+    float rms, slope;
   };
   struct Candidate {
     std::uint32_t sample;
@@ -79,7 +85,8 @@ class Search {
 
   void sort_samples(const float* xyz, std::uint32_t n);
   void make_groups(std::uint32_t n);
-  void run_groups(std::size_t first_group, std::size_t last_group, double radius, Step* steps, Scratch& s) const;
+  void run_groups(std::size_t first_group, std::size_t last_group, double radius, Flatness flatness, Step* steps,
+                  Scratch& s) const;
   void fit(double radius, Step* steps, Scratch& s) const;
   void find_shells(Step* steps, Scratch& s) const;
 
@@ -87,6 +94,7 @@ class Search {
   const TileStore* tiles_ = nullptr;
   const NeighbourIndex* index_ = nullptr;
   std::optional<Vector3> viewpoint_;
+  std::vector<Flatness> flatness_;  ///< for each radius: what the kernel need not sum
   AlignedArray<float> normals_;
   AlignedArray<std::uint64_t> keys_, other_keys_;
   AlignedArray<float> sorted_;          ///< xyz in the sorted order

@@ -57,6 +57,7 @@ void TileStore::allocate(std::uint32_t blocks) {
   boxes_.require(n * 96);
   sums_.require(n * 160);
   full_.require(n);
+  tile_rank_.require(n * 16);
   counts_.require(n);
   block_boxes_.require(n * 8);
 }
@@ -66,6 +67,11 @@ void TileStore::finish_block(std::uint32_t block) {
   float* box = boxes_.data() + 96 * b;
   counts_[b] = static_cast<std::uint32_t>(
       kernels::kernels().finish_block(points_.data() + 768 * b, box, &full_[b], sums_.data() + 160 * b));
+  std::uint16_t before = 0;
+  for (std::size_t t = 0; t < kernels::kBlockTiles; ++t) {
+    tile_rank_[16 * b + t] = before;
+    before = static_cast<std::uint16_t>(before + static_cast<std::uint16_t>(sums_[160 * b + t]));
+  }
   float* whole = block_boxes_.data() + 8 * b;
   for (int k = 0; k < 3; ++k) {
     float low = box[16 * k], high = box[48 + 16 * k];
@@ -193,13 +199,17 @@ void TileStore::finite_point(std::size_t rank, float* xyz) const {
   std::uint32_t b = rank_hint_[rank / kRankStep];
   while (first_rank_[b + 1] <= rank) ++b;
   auto left = static_cast<std::uint32_t>(rank - first_rank_[b]);
-  const float* count = sums_.data() + 160 * static_cast<std::size_t>(b);
-  int t = 0;
-  while (left >= static_cast<std::uint32_t>(count[t])) left -= static_cast<std::uint32_t>(count[t++]);
+  // The last tile that starts at or before the rank; empty ones share their successor's start.
+  const std::uint16_t* before = tile_rank_.data() + 16 * static_cast<std::size_t>(b);
+  std::uint32_t t = 0;
+  for (std::uint32_t i = 1; i < kernels::kBlockTiles; ++i) t += before[i] <= left;
+  left -= before[t];
   const float* tile = points_.data() + 768 * static_cast<std::size_t>(b) + 48 * t;
-  int i = 0;
-  for (;; ++i) {
-    if (tile[i] < kernels::kFar && left-- == 0) break;
+  std::uint32_t i = left;
+  if (!(full_[b] >> t & 1)) {
+    for (i = 0;; ++i) {
+      if (tile[i] < kernels::kFar && left-- == 0) break;
+    }
   }
   xyz[0] = tile[i], xyz[1] = tile[16 + i], xyz[2] = tile[32 + i];
 }

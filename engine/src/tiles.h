@@ -47,6 +47,7 @@ class TileStore {
 
   AlignedArray<float> points_, boxes_, sums_, block_boxes_;
   AlignedArray<std::uint16_t> full_;
+  AlignedArray<std::uint16_t> tile_rank_;    ///< [block][16] points of the block in the tiles before
   AlignedArray<std::uint32_t> counts_;
   AlignedArray<std::uint64_t> keys_, other_keys_;
   std::vector<std::uint32_t> order_;         ///< organized: block -> row-major position of its 16x16 pixels
