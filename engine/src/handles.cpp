@@ -129,12 +129,14 @@ bool HandleSearch::grow(const std::vector<Affordance>& affordances, std::size_t 
 
 void HandleSearch::run(const std::vector<Affordance>& affordances, std::vector<Handle>& handles, Funnel& funnel) {
   handles.clear();
+  order_.clear();
   const std::size_t n = affordances.size();
   std::vector<std::uint8_t> fate(n, kNotAligned);
   if (n > 0) {
     load(affordances);
     count_aligned(n);
     taken_.assign(n, 0);
+    spent_.assign(n, 0);
     order_.resize(n);
     for (std::uint32_t i = 0; i < n; ++i) order_[i] = i;
     std::sort(order_.begin(), order_.end(), [this](std::uint32_t a, std::uint32_t b) {
@@ -144,7 +146,7 @@ void HandleSearch::run(const std::vector<Affordance>& affordances, std::vector<H
   }
   const auto least = static_cast<std::size_t>(options_->handle_min_affordances);
   for (const std::uint32_t seed : order_) {
-    if (seed >= n || taken_[seed] || aligned_[seed] < least) continue;
+    if (taken_[seed] || spent_[seed] || aligned_[seed] < least) continue;
     row(seed, bits_.data());
     members_.clear();
     for (std::uint32_t i = 0; i < n; ++i) {
@@ -161,7 +163,11 @@ void HandleSearch::run(const std::vector<Affordance>& affordances, std::vector<H
     }
     const double length = high - low;
     if (length < options_->handle_min_length) {
-      for (const std::uint32_t i : members_) fate[i] = std::max<std::uint8_t>(fate[i], kTooShort);
+      // The whole run is too short whichever of its members it is looked at from; they may still join another one.
+      for (const std::uint32_t i : members_) {
+        fate[i] = std::max<std::uint8_t>(fate[i], kTooShort);
+        spent_[i] = 1;
+      }
       continue;
     }
     Handle h;

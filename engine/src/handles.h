@@ -35,8 +35,8 @@ class HandleSearch {
   std::vector<std::uint32_t> order_;
   std::vector<std::uint32_t> bits_;
   std::vector<std::uint32_t> members_;
-  std::vector<double> along_;
-  std::vector<std::uint8_t> taken_;
+  std::vector<std::uint8_t> taken_;  ///< in a handle, or on its part
+  std::vector<std::uint8_t> spent_;  ///< in a run that was too short: no seed any more
   std::int32_t padded_ = 0;
 };
 

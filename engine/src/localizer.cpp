@@ -117,7 +117,8 @@ struct Localizer::Impl {
         } else {
           centres.clear();
           for (const Affordance& a : result.affordances) centres.push_back(a.center);
-          sampler.propose(round, n, centres, xyz);
+          sampler.set_centres(centres);
+          sampler.propose(round, n, xyz);
         }
         sampling += milliseconds(before, Clock::now());
         search.run(xyz, static_cast<std::uint32_t>(n), first, steps.data() + first, result.affordances);

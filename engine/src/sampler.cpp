@@ -4,6 +4,7 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 #include "random.h"
@@ -65,26 +66,80 @@ void Sampler::uniform(int round, int n, float* xyz) const {
   });
 }
 
-Sampler::Draw Sampler::draw(int round, int sample, int attempt, const std::vector<Vector3>& centres) const {
+namespace {
+
+/// Cells of centres: wide enough that the few nearest hold what is within a draw's usual distance.
+constexpr double kCellSigmas = 2.5;
+constexpr std::int64_t kCellBias = 1 << 20;
+std::int64_t cell_of(double x, double size) {
+  return static_cast<std::int64_t>(std::floor(std::clamp(x / size, -1.0e6, 1.0e6))) + kCellBias;
+}
+std::uint64_t cell_key(std::int64_t x, std::int64_t y, std::int64_t z) {
+  return static_cast<std::uint64_t>(z << 42 | y << 21 | x);
+}
+
+}  // namespace
+
+void Sampler::set_centres(const std::vector<Vector3>& centres) {
+  centres_ = centres;
+  entries_.clear();
+  if (options_->strategy != Strategy::kMax) return;
+  const double size = kCellSigmas * options_->effective_proposal_sigma();
+  for (std::uint32_t i = 0; i < centres.size(); ++i) {
+    const Vector3& c = centres[i];
+    entries_.push_back({cell_key(cell_of(c[0], size), cell_of(c[1], size), cell_of(c[2], size)), i, c});
+  }
+  std::sort(entries_.begin(), entries_.end(),
+            [](const Entry& a, const Entry& b) { return a.cell != b.cell ? a.cell < b.cell : a.centre < b.centre; });
+  entry_of_.resize(centres.size());
+  for (std::uint32_t e = 0; e < entries_.size(); ++e) entry_of_[entries_[e].centre] = e;
+}
+
+/// Whether `centre` is the nearest to the position; of equally near ones the first.
+bool Sampler::is_nearest(std::size_t centre, const Vector3& position) const {
+  const Vector3 to_centre = position - centres_[centre];
+  const double d2 = dot(to_centre, to_centre);
+  const auto beats = [&](const Entry& e) {
+    const Vector3 d = position - e.position;
+    const double e2 = dot(d, d);
+    return e2 < d2 || (e2 == d2 && e.centre < centre);
+  };
+  // Most draws lose against a centre beside the one they were drawn from.
+  const std::size_t at = entry_of_[centre];
+  const std::size_t first = at < 16 ? 0 : at - 16, last = std::min(entries_.size(), at + 16);
+  for (std::size_t i = first; i < last; ++i) {
+    if (beats(entries_[i])) return false;
+  }
+  const double size = kCellSigmas * options_->effective_proposal_sigma(), reach = std::sqrt(d2) * (1 + 1e-12);
+  std::int64_t low[3], high[3];
+  for (std::size_t k = 0; k < 3; ++k) {
+    low[k] = cell_of(position[k] - reach, size), high[k] = cell_of(position[k] + reach, size);
+  }
+  for (std::int64_t z = low[2]; z <= high[2]; ++z) {
+    for (std::int64_t y = low[1]; y <= high[1]; ++y) {
+      const std::uint64_t end = cell_key(high[0], y, z);
+      auto e = std::lower_bound(entries_.begin(), entries_.end(), cell_key(low[0], y, z),
+                                [](const Entry& entry, std::uint64_t key) { return entry.cell < key; });
+      for (; e != entries_.end() && e->cell <= end; ++e) {
+        if (beats(*e)) return false;
+      }
+    }
+  }
+  return true;
+}
+
+Sampler::Draw Sampler::draw(int round, int sample, int attempt) const {
   const auto number = static_cast<std::uint64_t>(sample) * kTries + static_cast<std::uint64_t>(attempt);
   CounterRandom random(options_->seed, proposal_stream(round), number);
-  const auto j = static_cast<std::size_t>(random.below(centres.size()));
+  const auto j = static_cast<std::size_t>(random.below(centres_.size()));
   double a, b, c, unused;
   random.normal_pair(a, b);
   random.normal_pair(c, unused);
   const double sigma = options_->effective_proposal_sigma();
-  const Vector3 x = centres[j] + Vector3{sigma * a, sigma * b, sigma * c};
-  if (options_->strategy == Strategy::kSum) return {j, x, true};
+  const Vector3 x = centres_[j] + Vector3{sigma * a, sigma * b, sigma * c};
   // g_max: all Gaussians have the same covariance, so the largest one at x belongs to the nearest centre. Algorithm 2
-  // accepts when that is the one drawn from; of equally near ones the first accepts.
-  const Vector3 to_j = x - centres[j];
-  const double d2 = dot(to_j, to_j);
-  for (std::size_t i = 0; i < centres.size(); ++i) {
-    const Vector3 to_i = x - centres[i];
-    const double e2 = dot(to_i, to_i);
-    if (e2 < d2 || (e2 == d2 && i < j)) return {j, x, false};
-  }
-  return {j, x, true};
+  // accepts when that is the one drawn from.
+  return {j, x, options_->strategy == Strategy::kSum || is_nearest(j, x)};
 }
 
 bool Sampler::snap(const Vector3& position, float* xyz) {
@@ -117,8 +172,8 @@ bool Sampler::snap(const Vector3& position, float* xyz) {
   return false;
 }
 
-void Sampler::propose(int round, int n, const std::vector<Vector3>& centres, float* xyz) {
-  if (centres.empty()) {
+void Sampler::propose(int round, int n, float* xyz) {
+  if (centres_.empty()) {
     uniform(round, n, xyz);
     return;
   }
@@ -126,7 +181,7 @@ void Sampler::propose(int round, int n, const std::vector<Vector3>& centres, flo
     for (int i = range.begin(); i < range.end(); ++i) {
       bool done = false;
       for (int attempt = 0; attempt < kTries && !done; ++attempt) {
-        const Draw d = draw(round, i, attempt, centres);
+        const Draw d = draw(round, i, attempt);
         done = d.accepted && snap(d.position, xyz + 3 * i);
       }
       if (!done) draw_uniform(round, i, xyz + 3 * i);

@@ -30,10 +30,12 @@ class Sampler {
   /// n samples, uniformly over the points. xyz: 3 * n (m).
   void uniform(int round, int n, float* xyz) const;
 
-  /// n samples from the proposal distribution about the centres of affordances (m), brought to the nearest point of the
-  /// cloud within the first radius. A sample that finds none in 100 tries is drawn uniformly. Parallel. With no centres
-  /// all are uniform.
-  void propose(int round, int n, const std::vector<Vector3>& centres, float* xyz);
+  /// The centres of the affordances found so far (m): what proposals are drawn about.
+  void set_centres(const std::vector<Vector3>& centres);
+
+  /// n samples from the proposal distribution about the centres, brought to the nearest point of the cloud within the
+  /// first radius. A sample that finds none in 100 tries is drawn uniformly. Parallel. With no centres all are uniform.
+  void propose(int round, int n, float* xyz);
 
   /// The raw draw of Algorithm 2 (or of g_sum) before it is brought to the cloud: which centre, where, and whether it is
   /// accepted. For tests of the distribution.
@@ -42,10 +44,11 @@ class Sampler {
     Vector3 position;
     bool accepted;
   };
-  Draw draw(int round, int sample, int attempt, const std::vector<Vector3>& centres) const;
+  Draw draw(int round, int sample, int attempt) const;
 
  private:
   void draw_uniform(int round, int sample, float* xyz) const;
+  bool is_nearest(std::size_t centre, const Vector3& position) const;
   bool snap(const Vector3& position, float* xyz);
   bool in_workspace(const float* p) const;
 
@@ -57,6 +60,15 @@ class Sampler {
   const TileStore* tiles_ = nullptr;
   const NeighbourIndex* index_ = nullptr;
   std::vector<std::uint64_t> inside_;  ///< ranks of the points in the workspace
+  /// Centres sorted by cell, so that the ones near a place stand together.
+  struct Entry {
+    std::uint64_t cell;
+    std::uint32_t centre;
+    Vector3 position;
+  };
+  std::vector<Vector3> centres_;
+  std::vector<Entry> entries_;
+  std::vector<std::uint32_t> entry_of_;  ///< centre -> its entry
   tbb::enumerable_thread_specific<Scratch> scratch_;
 };
 
