@@ -36,10 +36,14 @@ struct Errors {
   void print(const char* what, std::size_t of) {
     std::sort(values.begin(), values.end());
     const auto at = [&](double share) {
-      return values.empty() ? 0.0 : values[std::min(values.size() - 1, static_cast<std::size_t>(share * static_cast<double>(values.size())))];
+      return values.empty() ? 0.0
+                            : values[std::min(values.size() - 1,
+                                              static_cast<std::size_t>(share * static_cast<double>(values.size())))];
     };
-    std::printf("  %-7s %7zu of %zu (%.1f %%)   median %.1e   p99 %.1e   p99.9 %.1e   worst %.1e degrees\n", what, values.size(), of,
-                100.0 * static_cast<double>(values.size()) / static_cast<double>(std::max<std::size_t>(of, 1)), at(0.5), at(0.99), at(0.999), at(1));
+    std::printf("  %-7s %7zu of %zu (%.1f %%)   median %.1e   p99 %.1e   p99.9 %.1e   worst %.1e degrees\n", what,
+                values.size(), of,
+                100.0 * static_cast<double>(values.size()) / static_cast<double>(std::max<std::size_t>(of, 1)), at(0.5),
+                at(0.99), at(0.999), at(1));
   }
 };
 
@@ -56,7 +60,8 @@ void measure(const std::string& path, int samples, float radius) {
   const auto index = handhold::make_embree_index();
   index->build(tiles);
   const kernels::Kernels& k = kernels::kernels();
-  std::vector<float> scratch_memory(kernels::scratch_bytes(static_cast<std::int32_t>(tiles.blocks())) / sizeof(float) + 32);
+  std::vector<float> scratch_memory(kernels::scratch_bytes(static_cast<std::int32_t>(tiles.blocks())) / sizeof(float) +
+                                    32);
   void* scratch = scratch_memory.data();
   std::size_t space = scratch_memory.size() * sizeof(float);
   scratch = std::align(64, space - 64, scratch, space);
@@ -93,8 +98,11 @@ void measure(const std::string& path, int samples, float radius) {
     const auto truth = reference::fit_quadric(exact);
     if (truth.flat) continue;
     ++fitted;
-    const auto at_foot = reference::principal_curvatures(truth.coefficients, reference::foot(truth.coefficients, reference::Vector3<long double>(reference::Vector3<long double>::Zero())));
-    if (!(truth.next_lambda >= 1.05L * truth.lambda) || !(std::abs(at_foot.minor) <= std::abs(at_foot.major) / 2)) continue;
+    const auto at_foot = reference::principal_curvatures(
+        truth.coefficients,
+        reference::foot(truth.coefficients, reference::Vector3<long double>(reference::Vector3<long double>::Zero())));
+    if (!(truth.next_lambda >= 1.05L * truth.lambda) || !(std::abs(at_foot.minor) <= std::abs(at_foot.major) / 2))
+      continue;
     for (std::size_t lane = 0; lane < kernels::kBatch; ++lane) {
       for (int j = 0; j < kernels::kMoments; ++j) {
         from_double->moments[j][lane] = sums[j];

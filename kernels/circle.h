@@ -1,10 +1,10 @@
 // Circle across an axis from the moments of degree 3 and less, one problem per lane (paper, section 3.2, eq. 3).
 //
-// The algebraic fit minimises sum (rho^2 - 2 u a - 2 v b - c)^2 over the points' coordinates (u, v) across the axis. About
-// the mean of the points its normal equations are a 2x2:
+// The algebraic fit minimises sum (rho^2 - 2 u a - 2 v b - c)^2 over the points' coordinates (u, v) across the axis.
+// About the mean of the points its normal equations are a 2x2:
 //   [Suu Suv; Suv Svv] (a, b) = (sum u (u^2 + v^2), sum v (u^2 + v^2)) / 2
-// and the squared radius is a^2 + b^2 + (Suu + Svv) / n. Working about the mean is what keeps it accurate. Nothing has to
-// be summed again: u^2 + v^2 = |p|^2 - (w . p)^2 is a contraction of the moments of degree 3.
+// and the squared radius is a^2 + b^2 + (Suu + Svv) / n. Working about the mean is what keeps it accurate. Nothing has
+// to be summed again: u^2 + v^2 = |p|^2 - (w . p)^2 is a contraction of the moments of degree 3.
 #pragma once
 
 #include "curvature.h"
@@ -14,8 +14,8 @@
 
 namespace handhold::HANDHOLD_LANE {
 
-/// moments: sums of monomials about the sample; w: unit axis. centre: point of the circle's axis in the plane through the
-/// sample; radius: infinity where the points lie on a line across the axis.
+/// moments: sums of monomials about the sample; w: unit axis. centre: point of the circle's axis in the plane through
+/// the sample; radius: infinity where the points lie on a line across the axis.
 template <class R>
 LANE_FN void circle_fit(const R* moments, const Vec3<R>& w, Vec3<R>& centre, R& radius) {
   const R inverse_n = R(1.0) / moments[0];

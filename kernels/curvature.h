@@ -38,7 +38,13 @@ struct Quadric {
 
   /// From coefficients in the order of l.
   LANE_FN explicit Quadric(const R* c)
-      : xx(c[0] + c[0]), yy(c[1] + c[1]), zz(c[2] + c[2]), xy(c[3]), yz(c[4]), xz(c[5]), linear{c[6], c[7], c[8]},
+      : xx(c[0] + c[0]),
+        yy(c[1] + c[1]),
+        zz(c[2] + c[2]),
+        xy(c[3]),
+        yz(c[4]),
+        xz(c[5]),
+        linear{c[6], c[7], c[8]},
         constant(c[9]) {}
 
   LANE_FN Vec3<R> hessian_times(const Vec3<R>& v) const {
@@ -159,8 +165,8 @@ LANE_FN R median9(R* v) {
 }
 
 /// The median of the largest curvature over nine points spread over the neighbourhood. The paper takes random points of
-/// the surface; these are fixed: the mean of the points and steps of 1.2 standard deviations from it along the principal
-/// directions, each brought to the surface.
+/// the surface; these are fixed: the mean of the points and steps of 1.2 standard deviations from it along the
+/// principal directions, each brought to the surface.
 template <class R>
 LANE_FN R median_curvature(const Quadric<R>& q, const R* moments) {
   const R inverse_n = R(1.0) / moments[0];
@@ -181,7 +187,8 @@ LANE_FN R median_curvature(const Quadric<R>& q, const R* moments) {
   for (int i = 0; i < 3; ++i) {
 #pragma GCC unroll 1
     for (int j = 0; j < 3; ++j) {
-      const Vec3<R> y = add_scaled(add_scaled(centre, R(i - 1.0) * along, p.minor_axis), R(j - 1.0) * across, p.major_axis);
+      const Vec3<R> y =
+          add_scaled(add_scaled(centre, R(i - 1.0) * along, p.minor_axis), R(j - 1.0) * across, p.major_axis);
       kappa[3 * i + j] = largest_curvature(q, q.foot(y));
     }
   }

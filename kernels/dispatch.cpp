@@ -78,23 +78,31 @@ const Choice& choice() {
   return c;
 }
 
-constexpr std::size_t padded(std::size_t bytes) { return (bytes + 63) / 64 * 64; }
+constexpr std::size_t padded(std::size_t bytes) {
+  return (bytes + 63) / 64 * 64;
+}
 
 }  // namespace
 
-const Kernels& kernels() { return *choice().chosen; }
-const Kernels* kernels(const char* name) { return choice().find(name); }
+const Kernels& kernels() {
+  return *choice().chosen;
+}
+const Kernels* kernels(const char* name) {
+  return choice().find(name);
+}
 const char* const* available(int* count) {
   *count = choice().count;
   return choice().names;
 }
-const char* isa_error() { return choice().error[0] ? choice().error : nullptr; }
+const char* isa_error() {
+  return choice().error[0] ? choice().error : nullptr;
+}
 
 std::size_t scratch_bytes(std::int32_t blocks) {
   const std::size_t n = static_cast<std::size_t>(blocks < 1 ? 1 : blocks);
-  // Moments: a fixed part, then 16 times two lists of tile numbers. Shell: a list of tile numbers and a float a point.
-  // n blocks give at most n + 15 padded candidates.
-  const std::size_t moments = 64 * 1024 + 16 * 2 * (16 * (n + 15) + 16) * sizeof(std::uint32_t);
+  // Moments: a fixed part, then sixteen lists of blocks and two of tiles. Shell: a list of tiles and a float a point.
+  // n blocks give at most n + 15 padded candidates, and a list is written 16 entries at a time.
+  const std::size_t moments = 64 * 1024 + (16 + 2 * 16) * (n + 31) * sizeof(std::uint32_t);
   const std::size_t shell = (16 * n + 16) * sizeof(std::uint32_t) + (256 * n + 64) * sizeof(float);
   return padded(moments > shell ? moments : shell);
 }

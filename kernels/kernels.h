@@ -12,19 +12,19 @@ namespace handhold::kernels {
 
 // ---- Points -------------------------------------------------------------------------------------------------------
 
-inline constexpr int kTilePoints = 16;   ///< points of a tile
-inline constexpr int kBlockTiles = 16;   ///< tiles of a block
-inline constexpr float kFar = 1e18f;     ///< coordinate of a missing point: outside every ball and every shell
+inline constexpr int kTilePoints = 16;  ///< points of a tile
+inline constexpr int kBlockTiles = 16;  ///< tiles of a block
+inline constexpr float kFar = 1e18f;    ///< coordinate of a missing point: outside every ball and every shell
 
 /// Tiles of 16 points in blocks of 16 tiles. Coordinates are metres in the frame of the cloud.
 struct Tiles {
-  const float* points;        ///< [tile][3][16]: x16 | y16 | z16, 64-byte aligned; missing points have kFar in x, y and z
-  const float* boxes;         ///< [block][6][16]: low x, y, z then high x, y, z of the block's tiles; an empty tile has
-                              ///< low = kFar, high = -kFar
+  const float* points;  ///< [tile][3][16]: x16 | y16 | z16, 64-byte aligned; missing points have kFar in x, y and z
+  const float* boxes;   ///< [block][6][16]: low x, y, z then high x, y, z of the block's tiles; an empty tile has
+                        ///< low = kFar, high = -kFar
   const std::uint16_t* full;  ///< [block]: bit t set when tile t has 16 points
-  const float* sums;          ///< [block][10][16]: of each tile the number of points, their mean x, y, z, and their centred
-                              ///< second moments xx xy xz yy yz zz (sums, m^2)
-  std::int32_t blocks;        ///< number of blocks
+  const float* sums;    ///< [block][10][16]: of each tile the number of points, their mean x, y, z, and their centred
+                        ///< second moments xx xy xz yy yz zz (sums, m^2)
+  std::int32_t blocks;  ///< number of blocks
 };
 
 /// The blocks that a group of neighbourhoods may touch, box by box, padded to a multiple of 16 with empty boxes.
@@ -36,8 +36,8 @@ struct Candidates {
 
 // ---- Neighbourhoods and moments -----------------------------------------------------------------------------------
 
-inline constexpr int kMoments = 35;     ///< monomials x^i y^j z^k with i + j + k <= 4
-inline constexpr int kBatch = 16;       ///< fits that one call solves, one per lane
+inline constexpr int kMoments = 35;  ///< monomials x^i y^j z^k with i + j + k <= 4
+inline constexpr int kBatch = 16;    ///< fits that one call solves, one per lane
 
 /// Index of the moment of x^i y^j z^k: by degree, within a degree by falling i, then falling j.
 /// 0: 1 | 1-3: x y z | 4-9: xx xy xz yy yz zz | 10-19: xxx xxy xxz xyy xyz xzz yyy yyz yzz zzz | 20-34: xxxx ... zzzz
@@ -50,23 +50,24 @@ constexpr int moment_index(int i, int j, int k) {
 
 /// A list of samples of one group (all near each other), and what comes out for each.
 struct NeighbourhoodBatch {
-  const float* centre;     ///< [n][3] m
-  std::int32_t n;          ///< at most kMaxGroup
-  float radius;            ///< m
-  float flat_rms;          ///< m; a neighbourhood whose points lie within this (rms) of a plane is not summed; 0: none is skipped
-  std::int32_t min_points; ///< a neighbourhood with fewer points is not summed
-  float flat_slope = 0;    ///< 1/m; narrow neighbourhoods are flat within less: also within flat_slope times the variance
-                           ///< (m^2) of their points along the plane's short side; 0: flat_rms alone decides
+  const float* centre;  ///< [n][3] m
+  std::int32_t n;       ///< at most kMaxGroup
+  float radius;         ///< m
+  float
+      flat_rms;  ///< m; a neighbourhood whose points lie within this (rms) of a plane is not summed; 0: none is skipped
+  std::int32_t min_points;  ///< a neighbourhood with fewer points is not summed
+  float flat_slope = 0;  ///< 1/m; narrow neighbourhoods are flat within less: also within flat_slope times the variance
+                         ///< (m^2) of their points along the plane's short side; 0: flat_rms alone decides
 };
 inline constexpr int kMaxGroup = 64;
 
-/// Moments of one neighbourhood: sums of monomials of ((p - centre) / radius) in a frame turned by `T_frame_cloud`,
-/// whose third axis is roughly the surface normal (float sums are accurate there).
+/// Moments of one neighbourhood: sums of monomials of ((p - centre) / radius) in a frame whose axes are
+/// those of the cloud in another (cyclic) order: the third one is nearest the surface normal.
 struct Moments {
   double sum[kMoments];     ///< sum[0] is the number of points
-  double R_frame_cloud[9];  ///< row-major rotation: rows are the frame's axes in the cloud's frame
-  std::int32_t count;       ///< points in the ball
-  std::int32_t skipped;     ///< 1: flat, or fewer than min_points: sums are not valid, count is that of the tiles
+  double R_frame_cloud[9];  ///< row-major: rows are the frame's axes in the cloud's frame
+  std::int32_t count;       ///< points in the ball; of a flat one that was skipped, about so many
+  std::int32_t skipped;     ///< 1: flat, or fewer than min_points: sums and frame are not valid
 };
 
 /// Scratch of the neighbourhood and shell kernels, one per thread, sized by `scratch_bytes(blocks)`, 64-byte aligned.
@@ -80,31 +81,34 @@ enum FitStatus : std::int32_t { kFitOk = 0, kFitFlat = 1 };
 /// kBatch neighbourhoods, one per lane, structure of arrays. Everything is in the scaled frame of Moments: lengths in
 /// units of the radius, curvatures in 1/radius; directions in the frame of the moments.
 struct alignas(64) FitBatch {
-  double moments[kMoments][kBatch];   ///< in; an unused lane holds a copy of a used one
+  double moments[kMoments][kBatch];  ///< in; of an unused lane any finite numbers
   // Taubin (paper, eq. 1 and 2): f = c . (x^2, y^2, z^2, xy, yz, xz, x, y, z, 1)
-  double coefficients[10][kBatch];    ///< out; normalised so that c^T N c = 1 with N the mean of |grad l|^2
-  double lambda[kBatch];              ///< out; smallest generalized eigenvalue: mean squared algebraic residual
-  std::int32_t status[kBatch];        ///< out; FitStatus
+  double coefficients[10][kBatch];  ///< out; normalised so that c^T N c = 1 with N the mean of |grad l|^2
+  double lambda[kBatch];            ///< out; smallest generalized eigenvalue: mean squared algebraic residual
+  std::int32_t status[kBatch];      ///< out; FitStatus
   // Curvature
-  double centre_normal[3][kBatch];    ///< out; unit normal at the sample's foot on the surface; sign as the gradient
-  double axis[3][kBatch];             ///< out; unit direction of least absolute curvature there
-  double kappa_major[kBatch];         ///< out; principal curvature of larger absolute value there (signed: divergence of the unit gradient)
-  double kappa_minor[kBatch];         ///< out; the other one
-  double kappa_median[kBatch];        ///< out; median of the larger absolute curvature over nine points spread over the neighbourhood
+  double centre_normal[3][kBatch];  ///< out; unit normal at the sample's foot on the surface, sign as the
+                                    ///< gradient; zero in a flat lane
+  double axis[3][kBatch];           ///< out; unit direction of least absolute curvature there
+  double kappa_major[kBatch];   ///< out; principal curvature of larger absolute value there (signed: divergence of the
+                                ///< unit gradient)
+  double kappa_minor[kBatch];   ///< out; the other one
+  double kappa_median[kBatch];  ///< out; median of the larger absolute curvature over nine points spread over the
+                                ///< neighbourhood
   // Circle across `axis` (in; may be overwritten between calls)
-  double circle_centre[3][kBatch];    ///< out; point of the circle's axis in the plane through the sample
-  double circle_radius[kBatch];       ///< out; infinity where the points lie on a line across the axis
+  double circle_centre[3][kBatch];  ///< out; point of the circle's axis in the plane through the sample
+  double circle_radius[kBatch];     ///< out; infinity where the points lie on a line across the axis
 };
 
 // ---- Shell --------------------------------------------------------------------------------------------------------
 
 struct ShellQuery {
-  float centre[3];     ///< m; on the axis, at the height of the sample
-  float axis[3];       ///< unit
-  float half_width;    ///< m; points with |axial offset| <= half_width count
-  float start_radius;  ///< m; smallest inner radius to try (before the m-th point)
-  float max_radius;    ///< m; largest inner radius
-  float gap;           ///< m; width of the gap
+  float centre[3];                ///< m; on the axis, at the height of the sample
+  float axis[3];                  ///< unit
+  float half_width;               ///< m; points with |axial offset| <= half_width count
+  float start_radius;             ///< m; smallest inner radius to try (before the m-th point)
+  float max_radius;               ///< m; largest inner radius
+  float gap;                      ///< m; width of the gap
   std::int32_t max_gap_points;    ///< k: at most so many points in the open interval (r, r + gap)
   std::int32_t min_inner_points;  ///< m: at least so many points with rho <= r
 };
@@ -112,9 +116,9 @@ struct ShellQuery {
 enum ShellStatus : std::int32_t { kShellFound = 0, kShellNoGap = 1, kShellEmpty = 2 };
 
 struct ShellResult {
-  std::int32_t status;    ///< kShellEmpty: a gap exists at some radius, but never with enough points within
-  float radius;           ///< m; smallest inner radius r that satisfies the conditions
-  float free_to;          ///< m; outer radius up to which at most k points lie beyond r, at most max_radius + gap
+  std::int32_t status;        ///< kShellEmpty: a gap exists at some radius, but never with enough points within
+  float radius;               ///< m; smallest inner radius r that satisfies the conditions
+  float free_to;              ///< m; outer radius up to which at most k points lie beyond r, at most max_radius + gap
   std::int32_t inner_points;  ///< points with rho <= radius
   std::int32_t gap_points;    ///< points in (radius, radius + gap)
 };
@@ -139,8 +143,8 @@ struct AlignLimits {
 struct Kernels {
   const char* name;  ///< "scalar", "avx2", "avx512", "neon"
 
-  /// Boxes, full mask and sums of one block from its points; points with a coordinate that is not finite, or beyond 1e6 m,
-  /// are replaced by kFar. points: [16][3][16]; box: [6][16]; sums: [10][16]. Returns the number of points.
+  /// Boxes, full mask and sums of one block from its points; points with a coordinate that is not finite, or beyond 1e6
+  /// m, are replaced by kFar. points: [16][3][16]; box: [6][16]; sums: [10][16]. Returns the number of points.
   std::int32_t (*finish_block)(float* points, float* box, std::uint16_t* full, float* sums);
 
   /// Moments of each neighbourhood of a group. `out` holds batch.n entries.
@@ -162,12 +166,12 @@ struct Kernels {
   /// Cylindrical shell (paper, section 3.2; closed form instead of the brute-force search).
   void (*shell)(const Tiles& tiles, const Candidates& candidates, const ShellQuery& query, void* scratch,
                 ShellResult& result);
-  /// The same on radii alone: rho2[n] are squared distances to the axis of the points within the width (m^2), padded to a
-  /// multiple of 16 with kFar.
+  /// The same on radii alone: rho2[n] are squared distances to the axis of the points within the width (m^2), padded to
+  /// a multiple of 16 with kFar.
   void (*shell_gap)(const float* rho2, std::int32_t n, const ShellQuery& query, ShellResult& result);
 
-  /// Row i of the alignment relation (paper, section 3.3): bit j of `row` (padded/32 words) is set when i and j are aligned
-  /// both ways. Bit i itself is set.
+  /// Row i of the alignment relation (paper, section 3.3): bit j of `row` ((padded + 31) / 32 words) is set when i and
+  /// j are aligned both ways. Bit i itself is set.
   void (*align)(const AffordanceArrays& arrays, std::int32_t i, const AlignLimits& limits, std::uint32_t* row);
 };
 

@@ -31,29 +31,61 @@ struct Vec;
 
 // ---- One lane: the scalar itself ----------------------------------------------------------------------------------
 
-LANE_FN double sqrt(double a) { return __builtin_sqrt(a); }
-LANE_FN float sqrt(float a) { return __builtin_sqrtf(a); }
+LANE_FN double sqrt(double a) {
+  return __builtin_sqrt(a);
+}
+LANE_FN float sqrt(float a) {
+  return __builtin_sqrtf(a);
+}
 #if defined(__FMA__) || defined(__aarch64__) || defined(__CUDACC__)
-LANE_FN double fma(double a, double b, double c) { return __builtin_fma(a, b, c); }
-LANE_FN float fma(float a, float b, float c) { return __builtin_fmaf(a, b, c); }
+LANE_FN double fma(double a, double b, double c) {
+  return __builtin_fma(a, b, c);
+}
+LANE_FN float fma(float a, float b, float c) {
+  return __builtin_fmaf(a, b, c);
+}
 #else
-LANE_FN double fma(double a, double b, double c) { return a * b + c; }
-LANE_FN float fma(float a, float b, float c) { return a * b + c; }
+LANE_FN double fma(double a, double b, double c) {
+  return a * b + c;
+}
+LANE_FN float fma(float a, float b, float c) {
+  return a * b + c;
+}
 #endif
-LANE_FN double fnma(double a, double b, double c) { return fma(-a, b, c); }
-LANE_FN float fnma(float a, float b, float c) { return fma(-a, b, c); }
+LANE_FN double fnma(double a, double b, double c) {
+  return fma(-a, b, c);
+}
+LANE_FN float fnma(float a, float b, float c) {
+  return fma(-a, b, c);
+}
 template <class R>
 LANE_FN R select(bool m, R a, R b) {
   return m ? a : b;
 }
-LANE_FN bool any(bool m) { return m; }
-LANE_FN bool invert(bool m) { return !m; }
-LANE_FN double abs(double a) { return __builtin_fabs(a); }
-LANE_FN float abs(float a) { return __builtin_fabsf(a); }
-LANE_FN double min(double a, double b) { return a < b ? a : b; }
-LANE_FN float min(float a, float b) { return a < b ? a : b; }
-LANE_FN double max(double a, double b) { return a > b ? a : b; }
-LANE_FN float max(float a, float b) { return a > b ? a : b; }
+LANE_FN bool any(bool m) {
+  return m;
+}
+LANE_FN bool invert(bool m) {
+  return !m;
+}
+LANE_FN double abs(double a) {
+  return __builtin_fabs(a);
+}
+LANE_FN float abs(float a) {
+  return __builtin_fabsf(a);
+}
+LANE_FN double min(double a, double b) {
+  return a < b ? a : b;
+}
+LANE_FN float min(float a, float b) {
+  return a < b ? a : b;
+}
+LANE_FN double max(double a, double b) {
+  return a > b ? a : b;
+}
+LANE_FN float max(float a, float b) {
+  return a > b ? a : b;
+}
 
 // ---- A pack wider than a register: two of half the width ----------------------------------------------------------
 
@@ -129,7 +161,9 @@ LANE_FN Mask<T, W> invert(Mask<T, W> m) {
 }
 
 /// Bits of a mask as a count: the number of lanes set.
-LANE_FN int count(M16 m) { return __builtin_popcount(bits(m)); }
+LANE_FN int count(M16 m) {
+  return __builtin_popcount(bits(m));
+}
 
 #if !defined(HANDHOLD_ISA_AVX512)
 /// The sums of sixteen rows, each over its sixteen lanes in the tree of reduce_add. rows: 64-byte aligned.
@@ -144,6 +178,16 @@ LANE_FN int append_bits(std::uint32_t* list, std::uint32_t mask, std::uint32_t b
   int n = 0;
   for (std::uint32_t t = 0; t < 16; ++t) {
     list[n] = base + t;
+    n += mask >> t & 1;
+  }
+  return n;
+}
+
+/// Appends ids[t] for every set bit t of a 16-bit mask; may write 16 entries. Returns the number of bits.
+LANE_FN int append_selected(std::uint32_t* list, std::uint32_t mask, const std::uint32_t* ids) {
+  int n = 0;
+  for (std::uint32_t t = 0; t < 16; ++t) {
+    list[n] = ids[t];
     n += mask >> t & 1;
   }
   return n;

@@ -107,8 +107,10 @@ LANE_FN Vec<float, 16> reduce_rows(const float (*rows)[16]) {
     quads[i] = _mm512_add_ps(_mm512_shuffle_f32x4(ab, cd, 0x88), _mm512_shuffle_f32x4(ab, cd, 0xdd));
   }
   // Within the fours: first 0 + 2 and 1 + 3, then their sum. Lane 4 i + j ends up with row 4 j' + ..., put right below.
-  const __m512 q01 = _mm512_add_ps(_mm512_shuffle_ps(quads[0], quads[1], 0x44), _mm512_shuffle_ps(quads[0], quads[1], 0xee));
-  const __m512 q23 = _mm512_add_ps(_mm512_shuffle_ps(quads[2], quads[3], 0x44), _mm512_shuffle_ps(quads[2], quads[3], 0xee));
+  const __m512 q01 =
+      _mm512_add_ps(_mm512_shuffle_ps(quads[0], quads[1], 0x44), _mm512_shuffle_ps(quads[0], quads[1], 0xee));
+  const __m512 q23 =
+      _mm512_add_ps(_mm512_shuffle_ps(quads[2], quads[3], 0x44), _mm512_shuffle_ps(quads[2], quads[3], 0xee));
   const __m512 sums = _mm512_add_ps(_mm512_shuffle_ps(q01, q23, 0x88), _mm512_shuffle_ps(q01, q23, 0xdd));
   const __m512i order = _mm512_setr_epi32(0, 4, 8, 12, 1, 5, 9, 13, 2, 6, 10, 14, 3, 7, 11, 15);
   return _mm512_permutexvar_ps(order, sums);
@@ -119,6 +121,12 @@ LANE_FN int append_bits(std::uint32_t* list, std::uint32_t mask, std::uint32_t b
   const __m512i lanes = _mm512_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15);
   const __m512i id = _mm512_add_epi32(lanes, _mm512_set1_epi32(static_cast<int>(base)));
   _mm512_storeu_si512(list, _mm512_maskz_compress_epi32(static_cast<__mmask16>(mask), id));
+  return __builtin_popcount(mask);
+}
+
+/// Appends ids[t] for every set bit t of a 16-bit mask; may write 16 entries. Returns the number of bits.
+LANE_FN int append_selected(std::uint32_t* list, std::uint32_t mask, const std::uint32_t* ids) {
+  _mm512_storeu_si512(list, _mm512_maskz_compress_epi32(static_cast<__mmask16>(mask), _mm512_loadu_si512(ids)));
   return __builtin_popcount(mask);
 }
 

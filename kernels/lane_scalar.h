@@ -97,9 +97,7 @@ struct Vec<double, 2> {
   friend LANE_FN Vec fma(Vec a, Vec b, Vec c) { return a.v * b.v + c.v; }
   friend LANE_FN Vec fnma(Vec a, Vec b, Vec c) { return c.v - a.v * b.v; }
   friend LANE_FN Vec sqrt(Vec a) { return Double2{__builtin_sqrt(a.v[0]), __builtin_sqrt(a.v[1])}; }
-  friend LANE_FN Vec abs(Vec a) {
-    return (Double2)((Long2)a.v & Long2{0x7fffffffffffffff, 0x7fffffffffffffff});
-  }
+  friend LANE_FN Vec abs(Vec a) { return (Double2)((Long2)a.v & Long2{0x7fffffffffffffff, 0x7fffffffffffffff}); }
   friend LANE_FN Vec min(Vec a, Vec b) { return a.v < b.v ? a.v : b.v; }
   friend LANE_FN Vec max(Vec a, Vec b) { return a.v > b.v ? a.v : b.v; }
   friend LANE_FN M operator<(Vec a, Vec b) { return {a.v < b.v}; }

@@ -18,7 +18,8 @@ LANE_FN void shift_moments(R* m, R tx, R ty, R tz) {
 #pragma GCC unroll 4
       for (int p = 1; p <= n; ++p) {
 #pragma GCC unroll 4
-        for (int i = n; i >= p; --i) m[moment_index(i, j, k)] = fma(tx, m[moment_index(i - 1, j, k)], m[moment_index(i, j, k)]);
+        for (int i = n; i >= p; --i)
+          m[moment_index(i, j, k)] = fma(tx, m[moment_index(i - 1, j, k)], m[moment_index(i, j, k)]);
       }
     }
   }
@@ -30,7 +31,8 @@ LANE_FN void shift_moments(R* m, R tx, R ty, R tz) {
 #pragma GCC unroll 4
       for (int p = 1; p <= n; ++p) {
 #pragma GCC unroll 4
-        for (int i = n; i >= p; --i) m[moment_index(j, i, k)] = fma(ty, m[moment_index(j, i - 1, k)], m[moment_index(j, i, k)]);
+        for (int i = n; i >= p; --i)
+          m[moment_index(j, i, k)] = fma(ty, m[moment_index(j, i - 1, k)], m[moment_index(j, i, k)]);
       }
     }
   }
@@ -42,7 +44,8 @@ LANE_FN void shift_moments(R* m, R tx, R ty, R tz) {
 #pragma GCC unroll 4
       for (int p = 1; p <= n; ++p) {
 #pragma GCC unroll 4
-        for (int i = n; i >= p; --i) m[moment_index(j, k, i)] = fma(tz, m[moment_index(j, k, i - 1)], m[moment_index(j, k, i)]);
+        for (int i = n; i >= p; --i)
+          m[moment_index(j, k, i)] = fma(tz, m[moment_index(j, k, i - 1)], m[moment_index(j, k, i)]);
       }
     }
   }
@@ -60,7 +63,8 @@ LANE_FN void shear_moments(R* m, R a, R b) {
   for (int degree = 1; degree <= 4; ++degree) {
 #pragma GCC unroll 4
     for (int pass = 1; pass <= degree; ++pass) {
-      // Entries with the most factors z first: they read entries with one factor less that this pass has not touched yet.
+      // Entries with the most factors z first: they read entries with one factor less that this pass has not touched
+      // yet.
 #pragma GCC unroll 5
       for (int k = degree; k >= pass; --k) {
 #pragma GCC unroll 5

@@ -6,9 +6,9 @@
 // along the coordinate axis nearest its normal (two fused multiply-adds a point, where a rotation would take nine), and
 // the shear is undone exactly, in double, on the moments.
 //
-// Three phases for sixteen neighbourhoods at a time: cull boxes and add up tile sums; rough planes, one neighbourhood a
-// lane; then the points, compacted where a tile crosses the ball, in two passes over the 34 sums because the registers
-// do not hold them all at once.
+// Three phases for sixteen neighbourhoods at a time: find blocks and add up the sums of their tiles; rough planes, one
+// neighbourhood a lane, where flat ones end; then the tiles and points of the others, compacted where a tile crosses
+// the ball, in two passes over the 34 sums because the registers do not hold them all at once.
 #pragma once
 
 #include "kernels.h"
@@ -21,9 +21,10 @@ namespace handhold::HANDHOLD_LANE {
 #ifndef HANDHOLD_CHUNK
 #define HANDHOLD_CHUNK 48
 #endif
-inline constexpr int kChunk = HANDHOLD_CHUNK;  ///< vectors of 16 points summed in float before they are carried to double
-inline constexpr int kSubBatch = 16;           ///< neighbourhoods per round of the three phases
-inline constexpr int kBufferVectors = 64;      ///< compacted boundary points held at once
+inline constexpr int kChunk =
+    HANDHOLD_CHUNK;                        ///< vectors of 16 points summed in float before they are carried to double
+inline constexpr int kSubBatch = 16;       ///< neighbourhoods per round of the three phases
+inline constexpr int kBufferVectors = 64;  ///< compacted boundary points held at once
 
 #if defined(HANDHOLD_ISA_AVX512)
 inline constexpr int kSumLanes = 16;  ///< lanes of one accumulator: what a register holds
@@ -34,34 +35,33 @@ inline constexpr int kSumLanes = 4;
 #endif
 using Sum = Vec<float, kSumLanes>;
 
-/// What the kernel keeps between its phases; followed in memory by the lists of tiles.
+/// What the kernel keeps between its phases; followed in memory by sixteen lists of blocks and two of tiles.
 struct alignas(64) MomentScratch {
-  float sums[16][kSubBatch];       ///< tile sums: n, x y z, xx xy xz yy yz zz about the sample, one neighbourhood a lane
-  float rows[48][16];              ///< accumulators on their way to double
-  float plane[3][kSubBatch];       ///< height axis, shear a, shear b: height = w - a u - b v
-  float residual2[kSubBatch];      ///< mean squared distance from the plane (m^2)
-  float narrow2[kSubBatch];        ///< variance along the plane's short side (m^2)
-  std::int32_t boundary[kSubBatch], inside[kSubBatch];  ///< lengths of the lists
+  float sums[16][kSubBatch];   ///< tile sums: n, x y z, xx xy xz yy yz zz about the sample, one neighbourhood a lane
+  float rows[48][16];          ///< accumulators on their way to double
+  float plane[3][kSubBatch];   ///< height axis, shear a, shear b: height = w - a u - b v
+  float residual2[kSubBatch];  ///< mean squared distance from the plane (m^2)
+  float narrow2[kSubBatch];    ///< variance along the plane's short side (m^2)
+  std::int32_t blocks[kSubBatch];  ///< lengths of the lists of blocks
   double total[kSubBatch][48];     ///< [0]: n, [1 ..]: sums
   double shear[2][kSubBatch];      ///< of the neighbourhoods that were summed
   float buffer[3][kBufferVectors * 16 + 16];
 };
 
-// ---- Phase 1: cull, and add up the tiles whose mean lies in the ball ----------------------------------------------
+// ---- Phase 1: touched blocks, and the sums of the tiles whose mean lies in the ball --------------------------------
 
-/// Writes the numbers of the touched tiles; adds up into lane `lane` of m.sums.
-LANE_FN void cull(const kernels::Tiles& tiles, const kernels::Candidates& candidates, const float* centre, float radius,
-                  int lane, std::uint32_t* boundary, std::uint32_t* inside, MomentScratch& m) {
+/// Writes the numbers of the touched blocks and their count; adds up into lane `lane` of m.sums.
+LANE_FN void add_tile_sums(const kernels::Tiles& tiles, const kernels::Candidates& candidates, const float* centre,
+                           float radius, int lane, std::uint32_t* blocks, MomentScratch& m) {
   const Ball ball(centre, radius);
   const F16 zero(0.0f);
   F16 s[10];
 #pragma GCC unroll 10
   for (int i = 0; i < 10; ++i) s[i] = zero;
-  int n_boundary = 0, n_inside = 0;
-  visit_blocks(tiles, candidates, ball, [&](BlockHit hit) __attribute__((always_inline)) {
-    n_boundary += append_bits(boundary + n_boundary, hit.boundary, 16 * hit.block);
-    n_inside += append_bits(inside + n_inside, hit.inside, 16 * hit.block);
-    const float* t = tiles.sums + static_cast<std::size_t>(hit.block) * 160;
+  const int n = touched_blocks(candidates, ball, blocks);
+  m.blocks[lane] = n;
+  for (int i = 0; i < n; ++i) {
+    const float* t = tiles.sums + static_cast<std::size_t>(blocks[i]) * 160;
     const F16 x = F16::load(t + 16) - ball.x, y = F16::load(t + 32) - ball.y, z = F16::load(t + 48) - ball.z;
     const M16 in = squared_norm(x, y, z) <= ball.r2;
     const F16 w = select(in, F16::load(t), zero);
@@ -75,9 +75,7 @@ LANE_FN void cull(const kernels::Tiles& tiles, const kernels::Candidates& candid
     s[7] = fma(wy, yi, s[7]) + select(in, F16::load(t + 112), zero);
     s[8] = fma(wy, zi, s[8]) + select(in, F16::load(t + 128), zero);
     s[9] = fma(wz, zi, s[9]) + select(in, F16::load(t + 144), zero);
-  });
-  m.boundary[lane] = n_boundary;
-  m.inside[lane] = n_inside;
+  }
 #pragma GCC unroll 10
   for (int i = 0; i < 10; ++i) s[i].store(m.rows[i]);
   alignas(64) float sums[16];
@@ -91,7 +89,7 @@ LANE_FN void cull(const kernels::Tiles& tiles, const kernels::Candidates& candid
 /// Plane of least squares through the summed tiles: smallest eigenvalue of their covariance by Newton's iteration from
 /// zero (monotone, since all roots are real and not negative), normal from the cross product of two rows.
 LANE_FN void rough_planes(MomentScratch& m, float radius) {
-  const float (*column)[kSubBatch] = m.sums;
+  const float(*column)[kSubBatch] = m.sums;
   const F16 zero(0.0f), one(1.0f);
   const F16 n = F16::load(column[0]);
   const F16 inverse = one / max(n, one);
@@ -119,15 +117,17 @@ LANE_FN void rough_planes(MomentScratch& m, float radius) {
   (middle * F16(radius * radius)).store(m.narrow2);
   // Normal: the longest cross product of two rows of (C - lambda I).
   const F16 ra = a - lambda, rd = d - lambda, rf = f - lambda;
-  const F16 x0 = b * e - c * rd, y0 = c * b - ra * e, z0 = ra * rd - b * b;    // row 0 x row 1
-  const F16 x1 = b * rf - c * e, y1 = c * c - ra * rf, z1 = ra * e - b * c;    // row 0 x row 2
-  const F16 x2 = rd * rf - e * e, y2 = e * c - b * rf, z2 = b * e - rd * c;    // row 1 x row 2
+  const F16 x0 = b * e - c * rd, y0 = c * b - ra * e, z0 = ra * rd - b * b;  // row 0 x row 1
+  const F16 x1 = b * rf - c * e, y1 = c * c - ra * rf, z1 = ra * e - b * c;  // row 0 x row 2
+  const F16 x2 = rd * rf - e * e, y2 = e * c - b * rf, z2 = b * e - rd * c;  // row 1 x row 2
   F16 nx = x0, ny = y0, nz = z0, best = squared_norm(x0, y0, z0);
   const F16 l1 = squared_norm(x1, y1, z1), l2 = squared_norm(x2, y2, z2);
   M16 better = l1 > best;
-  nx = select(better, x1, nx), ny = select(better, y1, ny), nz = select(better, z1, nz), best = select(better, l1, best);
+  nx = select(better, x1, nx), ny = select(better, y1, ny), nz = select(better, z1, nz),
+  best = select(better, l1, best);
   better = l2 > best;
-  nx = select(better, x2, nx), ny = select(better, y2, ny), nz = select(better, z2, nz), best = select(better, l2, best);
+  nx = select(better, x2, nx), ny = select(better, y2, ny), nz = select(better, z2, nz),
+  best = select(better, l2, best);
   const M16 none = ~(best > F16(1e-30f));
   nx = select(none, zero, nx), ny = select(none, zero, ny), nz = select(none, one, nz);
   // Height along the coordinate axis nearest the normal; u, v are the other two in cyclic order.
@@ -177,7 +177,8 @@ struct HeightFrame {
   float a, b;   ///< height = w - a u - b v
 };
 
-/// Adds the sums [kFirst, kLast) over n_inside whole tiles and n_buffer vectors of the buffer, and leaves them in m.rows.
+/// Adds the sums [kFirst, kLast) over n_inside whole tiles and n_buffer vectors of the buffer, and leaves them in
+/// m.rows.
 template <int kFirst, int kLast>
 LANE_FN void sum_range(const kernels::Tiles& tiles, const std::uint32_t* inside, int n_inside, int first, int n_buffer,
                        const float* centre, const HeightFrame& frame, MomentScratch& m) {
@@ -225,14 +226,14 @@ LANE_FN void sum_chunk(const kernels::Tiles& tiles, const std::uint32_t* inside,
   for (int k = 0; k < 48; k += 16) add_to_doubles(total + k, reduce_rows(m.rows + k));
 }
 
-/// Sums of one neighbourhood in its height frame: m.total[slot][k] for k < 34 as add_point. Returns the number of points.
+/// Sums of one neighbourhood in its height frame: m.total[slot][k] for k < 34 as add_point. Returns the number of
+/// points.
 LANE_FN std::int32_t sum_neighbourhood(const kernels::Tiles& tiles, const std::uint32_t* boundary, int n_boundary,
-                                       const std::uint32_t* inside, int n_inside, const float* centre, float radius,
+                                       const std::uint32_t* inside, int n_inside, const float* centre, const Ball& ball,
                                        const HeightFrame& frame, MomentScratch& m, int slot) {
   double* const total = m.total[slot];
 #pragma GCC unroll 6
   for (int k = 0; k < 48; k += 8) D8(0.0).store(total + k);
-  const Ball ball(centre, radius);
   std::int32_t count = 16 * n_inside;
   int n_buffer = 0;
   for (int i = 0; i < n_boundary; ++i) {
@@ -298,14 +299,16 @@ LANE_FN void neighbourhood_moments(const kernels::Tiles& tiles, const kernels::C
                                    const kernels::NeighbourhoodBatch& batch, void* memory, kernels::Moments* out) {
   MomentScratch& m = *static_cast<MomentScratch*>(memory);
   std::uint32_t* const lists = reinterpret_cast<std::uint32_t*>(static_cast<char*>(memory) + sizeof(MomentScratch));
-  const std::size_t capacity = 16 * static_cast<std::size_t>(candidates.padded) + 16;
+  const std::size_t capacity = static_cast<std::size_t>(candidates.padded) + 16;
+  std::uint32_t* const boundary = lists + kSubBatch * capacity;
+  std::uint32_t* const inside = boundary + 16 * capacity;
   for (std::int32_t first = 0; first < batch.n; first += kSubBatch) {
     const int n = batch.n - first < kSubBatch ? batch.n - first : kSubBatch;
     for (int k = 0; k < 10; ++k) F16(0.0f).store(m.sums[k]);
     for (int k = 34; k < 48; ++k) F16(0.0f).store(m.rows[k]);
     for (int i = 0; i < n; ++i) {
-      std::uint32_t* list = lists + 2 * capacity * static_cast<std::size_t>(i);
-      cull(tiles, candidates, batch.centre + 3 * (first + i), batch.radius, i, list, list + capacity, m);
+      add_tile_sums(tiles, candidates, batch.centre + 3 * (first + i), batch.radius, i,
+                    lists + capacity * static_cast<std::size_t>(i), m);
     }
     rough_planes(m, batch.radius);
 
@@ -325,9 +328,15 @@ LANE_FN void neighbourhood_moments(const kernels::Tiles& tiles, const kernels::C
       }
       const int w = static_cast<int>(m.plane[0][i]), u = (w + 1) % 3, v = (w + 2) % 3;
       const HeightFrame frame = {u, v, w, m.plane[1][i], m.plane[2][i]};
-      const std::uint32_t* list = lists + 2 * capacity * static_cast<std::size_t>(i);
-      to.count = sum_neighbourhood(tiles, list, m.boundary[i], list + capacity, m.inside[i], c, batch.radius, frame, m,
-                                   n_summed);
+      const std::uint32_t* blocks = lists + capacity * static_cast<std::size_t>(i);
+      const Ball ball(c, batch.radius);
+      int n_boundary = 0, n_inside = 0;
+      for (std::int32_t b = 0; b < m.blocks[i]; ++b) {
+        const TileHits hits = touched_tiles(tiles, blocks[b], ball);
+        n_boundary += append_bits(boundary + n_boundary, hits.boundary, 16 * blocks[b]);
+        n_inside += append_bits(inside + n_inside, hits.inside, 16 * blocks[b]);
+      }
+      to.count = sum_neighbourhood(tiles, boundary, n_boundary, inside, n_inside, c, ball, frame, m, n_summed);
       if (to.count < batch.min_points) {
         to.skipped = 1;
         continue;

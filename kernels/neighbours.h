@@ -19,7 +19,9 @@ struct Ball {
 };
 
 /// Squared distance of points (dx, dy, dz) from the centre; the one expression that decides who is a neighbour.
-LANE_FN F16 squared_norm(F16 dx, F16 dy, F16 dz) { return fma(dx, dx, fma(dy, dy, dz * dz)); }
+LANE_FN F16 squared_norm(F16 dx, F16 dy, F16 dz) {
+  return fma(dx, dx, fma(dy, dy, dz * dz));
+}
 
 struct BoxHits {
   std::uint32_t touched, inside;
@@ -39,28 +41,27 @@ LANE_FN BoxHits test_boxes(const float* const* box, std::size_t at, const Ball& 
   return {bits(touched), bits(inside & touched)};
 }
 
-/// A block that a ball touches: masks of its tiles.
-struct BlockHit {
-  std::uint32_t block;
+/// Writes the numbers of the candidate blocks that a ball touches, in their order; room for `padded` + 16 entries.
+LANE_FN int touched_blocks(const kernels::Candidates& candidates, const Ball& ball, std::uint32_t* list) {
+  int n = 0;
+  for (std::int32_t i = 0; i < candidates.padded; i += 16) {
+    const std::uint32_t touched = test_boxes(candidates.boxes, static_cast<std::size_t>(i), ball).touched;
+    n += append_selected(list + n, touched, candidates.block + i);
+  }
+  return n;
+}
+
+/// Which tiles of a block a ball touches.
+struct TileHits {
   std::uint32_t boundary;  ///< tiles whose points must be tested one by one
   std::uint32_t inside;    ///< tiles of 16 points that lie wholly within
 };
-
-/// Calls visit(BlockHit) for every block with a touched tile, in the order of the candidates.
-template <class Visit>
-LANE_FN void visit_blocks(const kernels::Tiles& tiles, const kernels::Candidates& candidates, const Ball& ball,
-                          Visit&& visit) {
-  for (std::int32_t i = 0; i < candidates.padded; i += 16) {
-    std::uint32_t blocks = test_boxes(candidates.boxes, static_cast<std::size_t>(i), ball).touched;
-    for (; blocks; blocks &= blocks - 1) {
-      const std::uint32_t block = candidates.block[i + __builtin_ctz(blocks)];
-      const float* b = tiles.boxes + static_cast<std::size_t>(block) * 96;
-      const float* const rows[6] = {b, b + 16, b + 32, b + 48, b + 64, b + 80};
-      const BoxHits hits = test_boxes(rows, 0, ball);
-      const std::uint32_t inside = hits.inside & tiles.full[block];
-      visit(BlockHit{block, hits.touched & ~inside, inside});
-    }
-  }
+LANE_FN TileHits touched_tiles(const kernels::Tiles& tiles, std::uint32_t block, const Ball& ball) {
+  const float* b = tiles.boxes + static_cast<std::size_t>(block) * 96;
+  const float* const rows[6] = {b, b + 16, b + 32, b + 48, b + 64, b + 80};
+  const BoxHits hits = test_boxes(rows, 0, ball);
+  const std::uint32_t inside = hits.inside & tiles.full[block];
+  return {hits.touched & ~inside, inside};
 }
 
 /// Start of a tile's x16 | y16 | z16; tiles are numbered through all blocks.
@@ -73,16 +74,21 @@ LANE_FN std::int32_t collect_points(const kernels::Tiles& tiles, const kernels::
                                     const float* centre, float radius, float* x, float* y, float* z) {
   const Ball ball(centre, radius);
   std::int32_t n = 0;
-  visit_blocks(tiles, candidates, ball, [&](BlockHit hit) __attribute__((always_inline)) {
-    for (std::uint32_t rest = hit.boundary | hit.inside; rest; rest &= rest - 1) {
-      const float* p = tile_points(tiles, 16 * hit.block + static_cast<std::uint32_t>(__builtin_ctz(rest)));
-      const F16 dx = F16::load(p) - ball.x, dy = F16::load(p + 16) - ball.y, dz = F16::load(p + 32) - ball.z;
-      const M16 in = squared_norm(dx, dy, dz) <= ball.r2;
-      compress_store(x + n, in, dx);
-      compress_store(y + n, in, dy);
-      n += compress_store(z + n, in, dz);
+  for (std::int32_t i = 0; i < candidates.padded; i += 16) {
+    std::uint32_t blocks = test_boxes(candidates.boxes, static_cast<std::size_t>(i), ball).touched;
+    for (; blocks; blocks &= blocks - 1) {
+      const std::uint32_t block = candidates.block[i + __builtin_ctz(blocks)];
+      const TileHits hits = touched_tiles(tiles, block, ball);
+      for (std::uint32_t rest = hits.boundary | hits.inside; rest; rest &= rest - 1) {
+        const float* p = tile_points(tiles, 16 * block + static_cast<std::uint32_t>(__builtin_ctz(rest)));
+        const F16 dx = F16::load(p) - ball.x, dy = F16::load(p + 16) - ball.y, dz = F16::load(p + 32) - ball.z;
+        const M16 in = squared_norm(dx, dy, dz) <= ball.r2;
+        compress_store(x + n, in, dx);
+        compress_store(y + n, in, dy);
+        n += compress_store(z + n, in, dz);
+      }
     }
-  });
+  }
   return n;
 }
 

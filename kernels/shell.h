@@ -1,9 +1,9 @@
 // Cylindrical shell with a gap for the fingers (paper, section 3.2), in closed form.
 //
-// The paper steps through radii. Only the order of the points' distances rho from the axis matters: an inner radius r is
-// good when at most k points have rho in the open interval (r, r + gap) and at least m have rho <= r. From any r with
-// more than k points in its gap, r may jump to the (k+1)-th largest of them: every radius passed over still had k+1
-// points in its gap. About three jumps end it, exactly.
+// The paper steps through radii. Only the order of the points' distances rho from the axis matters: an inner radius r
+// is good when at most k points have rho in the open interval (r, r + gap) and at least m have rho <= r. From any r
+// with more than k points in its gap, r may jump to the (k+1)-th largest of them: every radius passed over still had
+// k+1 points in its gap. About three jumps end it, exactly.
 //
 // Most candidates have no gap, and a part of the points proves that: k+1 of *any* subset in every gap is enough to
 // refuse. So an eighth of the tiles is looked at first, then half, then all, each going on from the radius reached.
@@ -47,7 +47,8 @@ LANE_FN float largest_below(Rho2 rho2, float high) {
   return reduce_max(best);
 }
 
-/// The j-th largest value in the open interval (low, high), which holds at least j >= 1 of them. Bisection on the value.
+/// The j-th largest value in the open interval (low, high), which holds at least j >= 1 of them. Bisection on the
+/// value.
 LANE_FN float jth_largest(Rho2 rho2, float low, float high, std::int32_t j) {
   if (j == 1) return largest_below(rho2, high);
   // More than `a`: at least j. More than `b`: fewer than j.
@@ -115,7 +116,8 @@ LANE_FN void shell_from(Rho2 rho2, float r2, const kernels::ShellQuery& q, kerne
   const float outer = result.radius + q.gap, limit = q.max_radius + q.gap;
   result.gap_points = count_between(rho2, r2, outer * outer);
   const std::int32_t beyond = count_between(rho2, r2, limit * limit);
-  result.free_to = beyond <= q.max_gap_points ? limit : sqrt(jth_smallest(rho2, r2, limit * limit, q.max_gap_points + 1));
+  result.free_to =
+      beyond <= q.max_gap_points ? limit : sqrt(jth_smallest(rho2, r2, limit * limit, q.max_gap_points + 1));
 }
 
 /// kernels::Kernels::shell_gap
@@ -141,8 +143,8 @@ LANE_FN std::uint32_t test_slab(const float* const* box, std::size_t at, const B
 }
 
 /// kernels::Kernels::shell. Scratch: 16 * blocks + 16 tile numbers, then 256 * blocks + 32 floats.
-LANE_FN void find_shell(const kernels::Tiles& tiles, const kernels::Candidates& candidates, const kernels::ShellQuery& q,
-                        void* scratch, kernels::ShellResult& result) {
+LANE_FN void find_shell(const kernels::Tiles& tiles, const kernels::Candidates& candidates,
+                        const kernels::ShellQuery& q, void* scratch, kernels::ShellResult& result) {
   const std::size_t capacity = 16 * static_cast<std::size_t>(tiles.blocks) + 16;
   std::uint32_t* const list = static_cast<std::uint32_t*>(scratch);
   float* const rho2 = reinterpret_cast<float*>(static_cast<char*>(scratch) + sizeof(std::uint32_t) * capacity);

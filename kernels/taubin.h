@@ -1,9 +1,10 @@
 // Taubin's fit of an implicit quadric (paper, section 3.1, eq. 1 and 2), one problem per lane.
 //
-// With l = (x^2, y^2, z^2, xy, yz, xz, x, y, z, 1) the paper solves (M - lambda N) c = 0, 10x10. The fit does not depend
-// on where the origin is (gradients do not change when points are shifted), so the moments are first shifted to the mean
-// of the points. There N splits: the rows of x, y, z are the identity and do not meet those of the squares, and the row
-// of 1 is zero, which eliminates the constant. What is left is a 9x9 problem whose Cholesky factor is that of a 6x6:
+// With l = (x^2, y^2, z^2, xy, yz, xz, x, y, z, 1) the paper solves (M - lambda N) c = 0, 10x10. The fit does not
+// depend on where the origin is (gradients do not change when points are shifted), so the moments are first shifted to
+// the mean of the points. There N splits: the rows of x, y, z are the identity and do not meet those of the squares,
+// and the row of 1 is zero, which eliminates the constant. What is left is a 9x9 problem whose Cholesky factor is that
+// of a 6x6:
 //
 //   A = diag(L, I)^-1 (M' - m m^T) diag(L, I)^-T,  N_squares = L L^T
 //
@@ -24,7 +25,9 @@ namespace handhold::HANDHOLD_LANE {
 /// radius of 25 mm: far below any sensor, above the rounding of float coordinates at a few metres.
 inline constexpr double kFlatPivot = 1e-9;
 
-constexpr int packed(int i, int j) { return i >= j ? i * (i + 1) / 2 + j : j * (j + 1) / 2 + i; }
+constexpr int packed(int i, int j) {
+  return i >= j ? i * (i + 1) / 2 + j : j * (j + 1) / 2 + i;
+}
 
 /// Exponents of the first nine entries of l.
 inline constexpr int kExponents[9][3] = {{2, 0, 0}, {0, 2, 0}, {0, 0, 2}, {1, 1, 0}, {0, 1, 1},
@@ -32,11 +35,11 @@ inline constexpr int kExponents[9][3] = {{2, 0, 0}, {0, 2, 0}, {0, 0, 2}, {1, 1,
 
 template <class R>
 struct Eigenproblem {
-  R a[45];          ///< symmetric 9x9, packed lower triangle; after `tridiagonalize` the Householder vectors
-  R l[21];          ///< Cholesky factor of the 6x6 part of N, off-diagonals
-  R l_inverse[6];   ///< inverses of its diagonal
-  R d[9], e[8];     ///< tridiagonal form
-  R beta[7];        ///< 2 / |v|^2 of the reflections
+  R a[45];         ///< symmetric 9x9, packed lower triangle; after `tridiagonalize` the Householder vectors
+  R l[21];         ///< Cholesky factor of the 6x6 part of N, off-diagonals
+  R l_inverse[6];  ///< inverses of its diagonal
+  R d[9], e[8];    ///< tridiagonal form
+  R beta[7];       ///< 2 / |v|^2 of the reflections
 };
 
 /// Reads the central moments (mean of the monomials), builds and reduces the problem. Returns the mask of flat lanes.
@@ -176,8 +179,8 @@ LANE_FN void tridiagonalize(Eigenproblem<R>& p) {
   p.e[7] = a[packed(8, 7)];
 }
 
-/// Smallest eigenvalue of the tridiagonal form by Laguerre's iteration from the left. The matrix must be scaled to trace 16:
-/// then the nine factors of the characteristic polynomial neither overflow nor vanish.
+/// Smallest eigenvalue of the tridiagonal form by Laguerre's iteration from the left. The matrix must be scaled to
+/// trace 16: then the nine factors of the characteristic polynomial neither overflow nor vanish.
 template <class R>
 LANE_FN R smallest_eigenvalue(const R* d, const R* e) {
   R e2[8];
@@ -279,7 +282,7 @@ template <class R>
 LANE_FN auto taubin_fit(const R* moments, R* c, R& lambda) {
   using kernels::moment_index;
   R mu[35];
-  const R inverse_n = R(1.0) / moments[0];
+  const R inverse_n = R(1.0) / max(moments[0], R(1.0));  // no points at all are flat, not NaN
 #pragma GCC unroll 35
   for (int i = 1; i < 35; ++i) mu[i] = moments[i] * inverse_n;
   const R mx = mu[1], my = mu[2], mz = mu[3];

@@ -45,7 +45,8 @@ void estimate_normals(const TileStore& tiles, const NeighbourIndex& index, float
         const float p[3] = {view.points[i], view.points[i + 16], view.points[i + 32]};
         Eigen::Vector3d n = Eigen::Vector3d::Zero();
         if (p[0] < kernels::kFar) {
-          const int count = kernels::kernels().collect(view, s.near.view(), p, radius, nullptr, s.x.data(), s.y.data(), s.z.data());
+          const int count =
+              kernels::kernels().collect(view, s.near.view(), p, radius, nullptr, s.x.data(), s.y.data(), s.z.data());
           Eigen::Vector3d mean = Eigen::Vector3d::Zero();
           Eigen::Matrix3d c = Eigen::Matrix3d::Zero();
           for (std::size_t k = 0; k < static_cast<std::size_t>(count); ++k) {

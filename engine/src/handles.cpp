@@ -20,7 +20,9 @@ namespace {
 enum Fate : std::uint8_t { kNotAligned, kTooShort, kLowConfidence, kInHandle };
 
 /// Rises from 0 over 1/2 at `half` towards 1.
-double saturating(double x, double half) { return half > 0 ? 1 - std::exp2(-x / half) : 1; }
+double saturating(double x, double half) {
+  return half > 0 ? 1 - std::exp2(-x / half) : 1;
+}
 
 }  // namespace
 
@@ -86,14 +88,15 @@ HandleSearch::Line HandleSearch::fit_line(const std::vector<Affordance>& afforda
   const Eigen::Vector3d direction = lie.eigenvectors().col(2);
   const double length = std::sqrt(12 * lie.eigenvalues()[2] / n);  // of a uniform run
   const double width = std::sqrt(lie.eigenvalues()[1] / n);
-  if (length > 0.04 && length > 8 * width && std::fabs(direction.dot(axis)) >= std::cos(options_->align_angle)) axis = direction;
+  if (length > 0.04 && length > 8 * width && std::fabs(direction.dot(axis)) >= std::cos(options_->align_angle))
+    axis = direction;
   const auto middle = radii.begin() + static_cast<std::ptrdiff_t>(radii.size() / 2);
   std::nth_element(radii.begin(), middle, radii.end());
   return {{mean[0], mean[1], mean[2]}, canonical_axis({axis[0], axis[1], axis[2]}), *middle};
 }
 
-/// From the affordances in members_ to the contiguous run about the seed along the line through them. Twice, so that the
-/// line of the run decides and not the seed's own noise. False when nothing is left.
+/// From the affordances in members_ to the contiguous run about the seed along the line through them. Twice, so that
+/// the line of the run decides and not the seed's own noise. False when nothing is left.
 bool HandleSearch::grow(const std::vector<Affordance>& affordances, std::size_t seed, Line& line) {
   const double sine = std::sin(options_->align_angle);
   std::vector<std::pair<double, std::uint32_t>> run;
@@ -200,7 +203,10 @@ void HandleSearch::run(const std::vector<Affordance>& affordances, std::vector<H
     return a.confidence != b.confidence ? a.confidence > b.confidence : a.affordances < b.affordances;
   });
   for (const std::uint8_t f : fate) {
-    ++(f == kNotAligned ? funnel.not_aligned : f == kTooShort ? funnel.too_short : f == kLowConfidence ? funnel.low_confidence : funnel.in_handles);
+    ++(f == kNotAligned      ? funnel.not_aligned
+       : f == kTooShort      ? funnel.too_short
+       : f == kLowConfidence ? funnel.low_confidence
+                             : funnel.in_handles);
   }
 }
 

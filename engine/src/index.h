@@ -63,7 +63,8 @@ std::unique_ptr<NeighbourIndex> make_index(IndexKind kind);
 /// The blocks near a group of places, as the kernels want them. One per thread, reused.
 class CandidateList {
  public:
-  /// Fetches the blocks whose box lies within `radius` of the box [low, high] (m). The list is the same for every index.
+  /// Fetches the blocks whose box lies within `radius` of the box [low, high] (m). The list is the same for every
+  /// index.
   void fill(const TileStore& tiles, const NeighbourIndex& index, const float* low, const float* high, float radius);
   kernels::Candidates view() const {
     kernels::Candidates c{};

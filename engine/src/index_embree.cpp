@@ -1,5 +1,6 @@
-// Neighbour queries through an Embree BVH. Embree calls back for every primitive of a leaf that a query touches, and the
-// call is what costs: so a primitive is a block of 256 points, and one query serves a whole group of neighbourhoods.
+// Neighbour queries through an Embree BVH. Embree calls back for every primitive of a leaf that a query touches, and
+// the call is what costs: so a primitive is a block of 256 points, and one query serves a whole group of
+// neighbourhoods.
 #include <embree3/rtcore.h>
 
 #include <stdexcept>
@@ -15,7 +16,8 @@ class EmbreeIndex final : public NeighbourIndex {
  public:
   // No "threads=": Embree would set the limit for the whole process. Builds run where they are called from.
   EmbreeIndex() : device_(rtcNewDevice(nullptr)) {
-    if (!device_) throw std::runtime_error("Embree: no device (error " + std::to_string(rtcGetDeviceError(nullptr)) + ")");
+    if (!device_)
+      throw std::runtime_error("Embree: no device (error " + std::to_string(rtcGetDeviceError(nullptr)) + ")");
   }
   ~EmbreeIndex() override {
     release();
@@ -47,7 +49,8 @@ class EmbreeIndex final : public NeighbourIndex {
     rtcCommitGeometry(geometry_);
     rtcJoinCommitScene(scene_);
     const RTCError error = rtcGetDeviceError(device_);
-    if (error != RTC_ERROR_NONE) throw std::runtime_error("Embree: building the index failed (error " + std::to_string(error) + ")");
+    if (error != RTC_ERROR_NONE)
+      throw std::runtime_error("Embree: building the index failed (error " + std::to_string(error) + ")");
   }
 
   void query(const float* centre, float radius, BlockSet& found) const override {
@@ -95,6 +98,8 @@ class EmbreeIndex final : public NeighbourIndex {
 
 }  // namespace
 
-std::unique_ptr<NeighbourIndex> make_embree_index() { return std::make_unique<EmbreeIndex>(); }
+std::unique_ptr<NeighbourIndex> make_embree_index() {
+  return std::make_unique<EmbreeIndex>();
+}
 
 }  // namespace handhold

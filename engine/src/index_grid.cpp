@@ -9,7 +9,7 @@
 namespace handhold {
 namespace {
 
-constexpr float kCell = 0.05f;          // m
+constexpr float kCell = 0.05f;           // m
 constexpr std::int64_t kManyCells = 64;  // a block over more cells stands in a list of its own
 constexpr std::int64_t kBias = 1 << 20;  // makes cell numbers of +-50 km positive; what lies beyond is clamped
 
@@ -73,6 +73,8 @@ class GridIndex final : public NeighbourIndex {
 
 }  // namespace
 
-std::unique_ptr<NeighbourIndex> make_grid_index() { return std::make_unique<GridIndex>(); }
+std::unique_ptr<NeighbourIndex> make_grid_index() {
+  return std::make_unique<GridIndex>();
+}
 
 }  // namespace handhold

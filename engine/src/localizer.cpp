@@ -88,7 +88,8 @@ struct Localizer::Impl {
       return result.status = Status::kTooFewPoints, false;
     }
     for (int k = 0; k < 3; ++k) {
-      if (tiles.robust_high()[k] - tiles.robust_low()[k] > kSuspiciousExtent) return result.status = Status::kSuspiciousUnits, false;
+      if (tiles.robust_high()[k] - tiles.robust_low()[k] > kSuspiciousExtent)
+        return result.status = Status::kSuspiciousUnits, false;
     }
     index->build(tiles);
     return true;
@@ -133,7 +134,8 @@ struct Localizer::Impl {
     const double work = s.neighbours + s.moments + s.fit + s.shell;
     const double wall = milliseconds(indexed, searched) - sampling - t.handles;
     const double share = work > 0 ? std::min(1.0, wall / (1e3 * work)) * 1e3 : 0;
-    t.neighbours = share * s.neighbours, t.moments = share * s.moments, t.fit = share * s.fit, t.shell = share * s.shell;
+    t.neighbours = share * s.neighbours, t.moments = share * s.moments, t.fit = share * s.fit,
+    t.shell = share * s.shell;
     t.samples = sampling + std::max(0.0, wall - share * work);
     t.total = milliseconds(start, searched);
   }
@@ -177,8 +179,12 @@ void Localizer::localize(const CloudView& cloud, Result& result) {
   impl_->in_arena([&] { impl_->localize(cloud, result); });
 }
 
-const Options& Localizer::options() const { return impl_->options; }
-const char* Localizer::isa() { return kernels::kernels().name; }
+const Options& Localizer::options() const {
+  return impl_->options;
+}
+const char* Localizer::isa() {
+  return kernels::kernels().name;
+}
 
 void localize_samples(const Options& options, const CloudView& cloud, const std::vector<std::array<float, 3>>& samples,
                       Result& result, std::vector<Step>& steps) {

@@ -11,8 +11,8 @@
 
 namespace handhold {
 
-/// Runs lines 3 to 15 of Algorithm 1 on the given samples (m, cloud frame) instead of drawn ones. steps[i]: where sample i
-/// ended; result.affordances[j].sample is an index into `samples`.
+/// Runs lines 3 to 15 of Algorithm 1 on the given samples (m, cloud frame) instead of drawn ones. steps[i]: where
+/// sample i ended; result.affordances[j].sample is an index into `samples`.
 void localize_samples(const Options& options, const CloudView& cloud, const std::vector<std::array<float, 3>>& samples,
                       Result& result, std::vector<Step>& steps);
 

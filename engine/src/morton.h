@@ -28,6 +28,8 @@ constexpr std::uint32_t spread2(std::uint32_t v) {
   v = (v | v << 1) & 0x55555555;
   return v;
 }
-constexpr std::uint32_t morton2(std::uint32_t x, std::uint32_t y) { return spread2(x) | spread2(y) << 1; }
+constexpr std::uint32_t morton2(std::uint32_t x, std::uint32_t y) {
+  return spread2(x) | spread2(y) << 1;
+}
 
 }  // namespace handhold

@@ -89,14 +89,30 @@ void known(E value) {
 
 }  // namespace
 
-std::string_view to_string(Method v) { return name_of(v); }
-std::string_view to_string(Strategy v) { return name_of(v); }
-std::string_view to_string(AxisEstimator v) { return name_of(v); }
-std::string_view to_string(IndexKind v) { return name_of(v); }
-void from_string(std::string_view name, Method& v) { parse(name, v); }
-void from_string(std::string_view name, Strategy& v) { parse(name, v); }
-void from_string(std::string_view name, AxisEstimator& v) { parse(name, v); }
-void from_string(std::string_view name, IndexKind& v) { parse(name, v); }
+std::string_view to_string(Method v) {
+  return name_of(v);
+}
+std::string_view to_string(Strategy v) {
+  return name_of(v);
+}
+std::string_view to_string(AxisEstimator v) {
+  return name_of(v);
+}
+std::string_view to_string(IndexKind v) {
+  return name_of(v);
+}
+void from_string(std::string_view name, Method& v) {
+  parse(name, v);
+}
+void from_string(std::string_view name, Strategy& v) {
+  parse(name, v);
+}
+void from_string(std::string_view name, AxisEstimator& v) {
+  parse(name, v);
+}
+void from_string(std::string_view name, IndexKind& v) {
+  parse(name, v);
+}
 
 void Options::validate() const {
   known(method), known(strategy), known(axis), known(index);
@@ -106,7 +122,8 @@ void Options::validate() const {
     for (int k = 0; k < 3; ++k) {
       const double low = (*workspace)[2 * k], high = (*workspace)[2 * k + 1];
       if (!(low < high)) {
-        fail("workspace", text(low) + " " + text(high), std::string("low < high along ") + "xyz"[k] + " (XMIN XMAX YMIN YMAX ZMIN ZMAX in m)");
+        fail("workspace", text(low) + " " + text(high),
+             std::string("low < high along ") + "xyz"[k] + " (XMIN XMAX YMIN YMAX ZMIN ZMAX in m)");
       }
     }
   }

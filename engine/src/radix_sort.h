@@ -8,8 +8,8 @@
 
 namespace handhold {
 
-/// Sorts `n` words by the bits [first_bit, first_bit + bits), eleven at a time. `a` and `b` hold n words each; returns the
-/// one that holds the result.
+/// Sorts `n` words by the bits [first_bit, first_bit + bits), eleven at a time. `a` and `b` hold n words each; returns
+/// the one that holds the result.
 inline std::uint64_t* radix_sort(std::uint64_t* a, std::uint64_t* b, std::size_t n, int first_bit, int bits) {
   constexpr int kDigit = 11;
   constexpr std::size_t kBuckets = std::size_t{1} << kDigit;

@@ -16,8 +16,12 @@ namespace {
 constexpr int kTries = 100;
 constexpr int kRounds = 10;
 /// Streams of the random numbers: a round's uniform draws and its proposals do not share one.
-constexpr std::uint64_t uniform_stream(int round) { return 2 * static_cast<std::uint64_t>(round); }
-constexpr std::uint64_t proposal_stream(int round) { return 2 * static_cast<std::uint64_t>(round) + 1; }
+constexpr std::uint64_t uniform_stream(int round) {
+  return 2 * static_cast<std::uint64_t>(round);
+}
+constexpr std::uint64_t proposal_stream(int round) {
+  return 2 * static_cast<std::uint64_t>(round) + 1;
+}
 
 }  // namespace
 
@@ -146,12 +150,14 @@ bool Sampler::snap(const Vector3& position, float* xyz) {
   Scratch& s = scratch_.local();
   const std::size_t capacity = static_cast<std::size_t>(tiles_->blocks()) * 256 + 16;
   s.x.require(capacity), s.y.require(capacity), s.z.require(capacity);
-  const float c[3] = {static_cast<float>(position[0]), static_cast<float>(position[1]), static_cast<float>(position[2])};
+  const float c[3] = {static_cast<float>(position[0]), static_cast<float>(position[1]),
+                      static_cast<float>(position[2])};
   const float radius = static_cast<float>(options_->radius.front());
   // Most draws lie near a surface: a small ball first, the whole one only if it is empty.
   for (const float r : {0.2f * radius, radius}) {
     s.near.fill(*tiles_, *index_, c, c, r);
-    const int n = kernels::kernels().collect(tiles_->view(), s.near.view(), c, r, nullptr, s.x.data(), s.y.data(), s.z.data());
+    const int n =
+        kernels::kernels().collect(tiles_->view(), s.near.view(), c, r, nullptr, s.x.data(), s.y.data(), s.z.data());
     int best = -1;
     float best2 = std::numeric_limits<float>::infinity();
     for (int i = 0; i < n; ++i) {

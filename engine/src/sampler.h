@@ -12,14 +12,14 @@
 
 namespace handhold {
 
-/// Draws the samples of one frame. Every draw is a function of (seed, round, number of the sample): it does not depend on
-/// the number of threads.
+/// Draws the samples of one frame. Every draw is a function of (seed, round, number of the sample): it does not depend
+/// on the number of threads.
 class Sampler {
  public:
   explicit Sampler(const Options& options) : options_(&options) {}
 
-  /// Samples of each round: one round for uniform sampling; otherwise half of the samples (0.4 of more than 2000) and ten
-  /// equal rounds, the last one with the remainder.
+  /// Samples of each round: one round for uniform sampling; otherwise half of the samples (0.4 of more than 2000) and
+  /// ten equal rounds, the last one with the remainder.
   static std::vector<int> rounds(const Options& options);
 
   /// Takes the points of a frame. With a workspace, only points inside are drawn.
@@ -37,8 +37,8 @@ class Sampler {
   /// first radius. A sample that finds none in 100 tries is drawn uniformly. Parallel. With no centres all are uniform.
   void propose(int round, int n, float* xyz);
 
-  /// The raw draw of Algorithm 2 (or of g_sum) before it is brought to the cloud: which centre, where, and whether it is
-  /// accepted. For tests of the distribution.
+  /// The raw draw of Algorithm 2 (or of g_sum) before it is brought to the cloud: which centre, where, and whether it
+  /// is accepted. For tests of the distribution.
   struct Draw {
     std::size_t centre;
     Vector3 position;

@@ -21,6 +21,19 @@ bool usable(const float* p) {
   return std::fabs(p[0]) <= 1e6f && std::fabs(p[1]) <= 1e6f && std::fabs(p[2]) <= 1e6f;
 }
 
+typedef float Four __attribute__((vector_size(16), aligned(4), may_alias));
+
+/// Four tightly packed points, x0 y0 z0 x1 | y1 z1 x2 y2 | z2 x3 y3 z3, to their coordinates.
+inline void load_packed(const float* p, float* out) {
+  const Four a = *reinterpret_cast<const Four*>(p), b = *reinterpret_cast<const Four*>(p + 4);
+  const Four c = *reinterpret_cast<const Four*>(p + 8);
+  const Four xy = __builtin_shufflevector(b, c, 2, 3, 5, 6);  // x2 y2 x3 y3
+  const Four yz = __builtin_shufflevector(a, b, 1, 2, 4, 5);  // y0 z0 y1 z1
+  *reinterpret_cast<Four*>(out) = __builtin_shufflevector(a, xy, 0, 3, 4, 6);
+  *reinterpret_cast<Four*>(out + 16) = __builtin_shufflevector(yz, xy, 0, 2, 5, 7);
+  *reinterpret_cast<Four*>(out + 32) = __builtin_shufflevector(yz, c, 1, 3, 4, 7);
+}
+
 /// Copies 16x16 pixels, cut off at the image's border, into 16 tiles of 4x4 in Z-order.
 void load_block(const CloudView& cloud, std::uint32_t u0, std::uint32_t v0, float* tiles) {
   const std::size_t step = cloud.point_step / sizeof(float);
@@ -30,6 +43,10 @@ void load_block(const CloudView& cloud, std::uint32_t u0, std::uint32_t v0, floa
     if (u + 4 <= cloud.width && v + 4 <= cloud.height) {
       for (std::uint32_t j = 0; j < 4; ++j) {
         const float* p = cloud.point(static_cast<std::size_t>(v + j) * cloud.width + u);
+        if (step == 3) {
+          load_packed(p, out + 4 * j);
+          continue;
+        }
         for (std::uint32_t i = 0; i < 4; ++i, p += step) {
           out[4 * j + i] = p[0];
           out[16 + 4 * j + i] = p[1];
@@ -99,7 +116,8 @@ void TileStore::build_organized(const CloudView& cloud) {
   allocate(static_cast<std::uint32_t>(order_.size()));
   tbb::parallel_for(tbb::blocked_range<std::uint32_t>(0, blocks_, 32), [&](const auto& range) {
     for (std::uint32_t b = range.begin(); b < range.end(); ++b) {
-      load_block(cloud, order_[b] % across * 16, order_[b] / across * 16, points_.data() + 768 * static_cast<std::size_t>(b));
+      load_block(cloud, order_[b] % across * 16, order_[b] / across * 16,
+                 points_.data() + 768 * static_cast<std::size_t>(b));
       finish_block(b);
     }
   });

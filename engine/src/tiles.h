@@ -13,8 +13,8 @@ namespace handhold {
 
 /// The finite points of one cloud, laid out for the kernels. Reused from frame to frame.
 ///
-/// Organized clouds: a tile is 4x4 pixels, a block 16x16, blocks in Z-order over the image. Unorganized clouds: points in
-/// Z-order over space, cut into runs.
+/// Organized clouds: a tile is 4x4 pixels, a block 16x16, blocks in Z-order over the image. Unorganized clouds: points
+/// in Z-order over space, cut into runs.
 class TileStore {
  public:
   /// Builds from a cloud, in parallel in the caller's TBB arena. Points that are not finite are left out.
@@ -27,7 +27,9 @@ class TileStore {
   std::size_t finite_points() const { return finite_; }
 
   /// Box of a block: low x, y, z, 0, high x, y, z, 0 (m). An empty block has low x = kFar.
-  const float* block_box(std::uint32_t block) const { return block_boxes_.data() + 8 * static_cast<std::size_t>(block); }
+  const float* block_box(std::uint32_t block) const {
+    return block_boxes_.data() + 8 * static_cast<std::size_t>(block);
+  }
   bool block_empty(std::uint32_t block) const { return block_box(block)[0] >= kernels::kFar; }
 
   /// The finite point of that rank (0 .. finite_points()-1) in the order of the tiles.
@@ -47,12 +49,12 @@ class TileStore {
 
   AlignedArray<float> points_, boxes_, sums_, block_boxes_;
   AlignedArray<std::uint16_t> full_;
-  AlignedArray<std::uint16_t> tile_rank_;    ///< [block][16] points of the block in the tiles before
+  AlignedArray<std::uint16_t> tile_rank_;  ///< [block][16] points of the block in the tiles before
   AlignedArray<std::uint32_t> counts_;
   AlignedArray<std::uint64_t> keys_, other_keys_;
-  std::vector<std::uint32_t> order_;         ///< organized: block -> row-major position of its 16x16 pixels
-  std::vector<std::uint64_t> first_rank_;    ///< [block + 1] points in the blocks before
-  std::vector<std::uint32_t> rank_hint_;     ///< [rank / kRankStep] a block at or before the one that holds the rank
+  std::vector<std::uint32_t> order_;       ///< organized: block -> row-major position of its 16x16 pixels
+  std::vector<std::uint64_t> first_rank_;  ///< [block + 1] points in the blocks before
+  std::vector<std::uint32_t> rank_hint_;   ///< [rank / kRankStep] a block at or before the one that holds the rank
   std::vector<float> subset_;
   std::uint32_t order_width_ = 0, order_height_ = 0;
   std::uint32_t blocks_ = 0;

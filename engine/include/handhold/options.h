@@ -42,35 +42,36 @@ class OptionError : public std::invalid_argument {
 struct Options {
   Method method = Method::kDefault;
   // Samples
-  int samples = 5000;                       ///< neighbourhoods to look at, 1 .. 10,000,000
+  int samples = 5000;  ///< neighbourhoods to look at, 1 .. 10,000,000
   Strategy strategy = Strategy::kMax;
-  std::uint64_t seed = 1;                   ///< same seed, same result
-  std::optional<double> proposal_sigma;     ///< m; standard deviation of a proposal about an affordance; default: radius / 2
+  std::uint64_t seed = 1;  ///< same seed, same result
+  std::optional<double>
+      proposal_sigma;  ///< m; standard deviation of a proposal about an affordance; default: radius / 2
   std::optional<std::array<double, 6>> workspace;  ///< m; xmin xmax ymin ymax zmin zmax: samples come from inside only
   // Neighbourhoods
-  std::vector<double> radius = {0.025};     ///< m; radii of the ball-shaped neighbourhoods
-  int min_neighbours = 10;                  ///< points that a fit needs at least, >= 10
+  std::vector<double> radius = {0.025};  ///< m; radii of the ball-shaped neighbourhoods
+  int min_neighbours = 10;               ///< points that a fit needs at least, >= 10
   AxisEstimator axis = AxisEstimator::kTaubin;
   IndexKind index = IndexKind::kEmbree;
   // Hand
-  double hand_aperture = 0.08;              ///< m; largest inner distance between the fingers
-  double hand_minimum = 0.0;                ///< m; smallest inner distance; 0: the hand closes
-  double finger_thickness = 0.01;           ///< m; radial: the gap a shell must have
-  double finger_width = 0.02;               ///< m; along the handle: the length of a shell
-  std::optional<double> reach;              ///< m; largest radius of curvature worth a look; default: 1.25 * hand_aperture / 2
+  double hand_aperture = 0.08;     ///< m; largest inner distance between the fingers
+  double hand_minimum = 0.0;       ///< m; smallest inner distance; 0: the hand closes
+  double finger_thickness = 0.01;  ///< m; radial: the gap a shell must have
+  double finger_width = 0.02;      ///< m; along the handle: the length of a shell
+  std::optional<double> reach;     ///< m; largest radius of curvature worth a look; default: 1.25 * hand_aperture / 2
   // Shell. Counts of points would depend on distance and resolution, so thresholds are areas times local point density.
-  double shell_gap_area_mm2 = 12;           ///< mm^2 of surface that may lie in the gap (sensor noise); 0: not one point
-  double shell_inner_area_mm2 = 100;        ///< mm^2 of surface that must lie within the inner cylinder
+  double shell_gap_area_mm2 = 12;     ///< mm^2 of surface that may lie in the gap (sensor noise); 0: not one point
+  double shell_inner_area_mm2 = 100;  ///< mm^2 of surface that must lie within the inner cylinder
   // Handles (paper, section 3.3)
-  double align_angle = 0.35;                ///< rad; axes of aligned affordances differ at most by this (d_o = sin)
-  double align_offset = 0.01;               ///< m; their offset across the axis at most (d_c)
-  double align_radius = 0.005;              ///< m; their radii differ at most by this (d_r)
-  double handle_gap = 0.015;                ///< m; a longer stretch without affordances along the axis ends a handle
-  int handle_min_affordances = 3;           ///< aligned affordances that a handle needs, >= 1
-  double handle_min_length = 0.02;          ///< m; extent along the axis that a handle needs
-  double min_confidence = 0.5;              ///< 0..1; handles below it are left out
+  double align_angle = 0.35;        ///< rad; axes of aligned affordances differ at most by this (d_o = sin)
+  double align_offset = 0.01;       ///< m; their offset across the axis at most (d_c)
+  double align_radius = 0.005;      ///< m; their radii differ at most by this (d_r)
+  double handle_gap = 0.015;        ///< m; a longer stretch without affordances along the axis ends a handle
+  int handle_min_affordances = 3;   ///< aligned affordances that a handle needs, >= 1
+  double handle_min_length = 0.02;  ///< m; extent along the axis that a handle needs
+  double min_confidence = 0.5;      ///< 0..1; handles below it are left out
   // Running
-  int threads = 0;                          ///< 0: the caller's TBB arena as it is; otherwise an arena of that many
+  int threads = 0;  ///< 0: the caller's TBB arena as it is; otherwise an arena of that many
 
   /// largest radius of curvature worth a look (m)
   double effective_reach() const { return reach ? *reach : 1.25 * hand_aperture / 2; }
@@ -80,8 +81,8 @@ struct Options {
   /// @throws OptionError naming the first option that is out of range, its value and what would be valid.
   void validate() const;
 
-  /// Baxter's electric gripper with standard narrow fingers in slot 3 and hard tips: opening 35 .. 76.7 mm; finger and tip
-  /// together 14.5 mm thick, tips 16 mm wide.
+  /// Baxter's electric gripper with standard narrow fingers in slot 3 and hard tips: opening 35 .. 76.7 mm; finger and
+  /// tip together 14.5 mm thick, tips 16 mm wide.
   static Options baxter();
 };
 
@@ -100,24 +101,32 @@ void visit_options(O& o, Visitor&& visit) {
   visit(o.samples, OptionInfo{"samples", "", "neighbourhoods to look at (1 to 10000000)"});
   visit(o.strategy, OptionInfo{"strategy", "", "sampling: 'uniform', 'sum' or 'max'"});
   visit(o.seed, OptionInfo{"seed", "", "seed of the random numbers: same seed, same result"});
-  visit(o.proposal_sigma, OptionInfo{"proposal_sigma", "m", "standard deviation of a new sample about an affordance; default radius/2"});
-  visit(o.workspace, OptionInfo{"workspace", "m", "XMIN XMAX YMIN YMAX ZMIN ZMAX: samples come from inside this box only"});
+  visit(o.proposal_sigma,
+        OptionInfo{"proposal_sigma", "m", "standard deviation of a new sample about an affordance; default radius/2"});
+  visit(o.workspace,
+        OptionInfo{"workspace", "m", "XMIN XMAX YMIN YMAX ZMIN ZMAX: samples come from inside this box only"});
   visit(o.radius, OptionInfo{"radius", "m", "radius of the ball-shaped neighbourhoods"});
   visit(o.min_neighbours, OptionInfo{"min_neighbours", "", "points that a fit needs at least (10 or more)"});
   visit(o.axis, OptionInfo{"axis", "", "axis from 'taubin', 'normals' or 'pca'"});
   visit(o.index, OptionInfo{"index", "", "neighbour index: 'embree' or 'grid'"});
   visit(o.hand_aperture, OptionInfo{"hand_aperture", "m", "largest inner distance between the fingers"});
-  visit(o.hand_minimum, OptionInfo{"hand_minimum", "m", "smallest inner distance between the fingers; 0: the hand closes"});
-  visit(o.finger_thickness, OptionInfo{"finger_thickness", "m", "thickness of a finger: the gap that a shell must have"});
+  visit(o.hand_minimum,
+        OptionInfo{"hand_minimum", "m", "smallest inner distance between the fingers; 0: the hand closes"});
+  visit(o.finger_thickness,
+        OptionInfo{"finger_thickness", "m", "thickness of a finger: the gap that a shell must have"});
   visit(o.finger_width, OptionInfo{"finger_width", "m", "width of a finger along the handle: the length of a shell"});
-  visit(o.reach, OptionInfo{"reach", "m", "largest radius of curvature worth a look; default 1.25 * hand_aperture / 2"});
-  visit(o.shell_gap_area_mm2, OptionInfo{"shell_gap_area_mm2", "mm^2", "surface that may lie in the gap; 0: not one point"});
-  visit(o.shell_inner_area_mm2, OptionInfo{"shell_inner_area_mm2", "mm^2", "surface that must lie within the inner cylinder"});
+  visit(o.reach,
+        OptionInfo{"reach", "m", "largest radius of curvature worth a look; default 1.25 * hand_aperture / 2"});
+  visit(o.shell_gap_area_mm2,
+        OptionInfo{"shell_gap_area_mm2", "mm^2", "surface that may lie in the gap; 0: not one point"});
+  visit(o.shell_inner_area_mm2,
+        OptionInfo{"shell_inner_area_mm2", "mm^2", "surface that must lie within the inner cylinder"});
   visit(o.align_angle, OptionInfo{"align_angle", "rad", "axes of aligned affordances differ at most by this"});
   visit(o.align_offset, OptionInfo{"align_offset", "m", "offset of aligned affordances across the axis at most"});
   visit(o.align_radius, OptionInfo{"align_radius", "m", "radii of aligned affordances differ at most by this"});
   visit(o.handle_gap, OptionInfo{"handle_gap", "m", "a longer stretch without affordances ends a handle"});
-  visit(o.handle_min_affordances, OptionInfo{"handle_min_affordances", "", "aligned affordances that a handle needs (1 or more)"});
+  visit(o.handle_min_affordances,
+        OptionInfo{"handle_min_affordances", "", "aligned affordances that a handle needs (1 or more)"});
   visit(o.handle_min_length, OptionInfo{"handle_min_length", "m", "extent along the axis that a handle needs"});
   visit(o.min_confidence, OptionInfo{"min_confidence", "", "0 to 1: handles below it are left out"});
   visit(o.threads, OptionInfo{"threads", "", "threads to use; 0: all"});

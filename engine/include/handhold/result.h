@@ -12,11 +12,11 @@ namespace handhold {
 
 /// How a frame went. Everything but kOk means that there are no handles and says why.
 enum class Status {
-  kOk,                ///< the cloud was searched; there may still be no handles
-  kEmpty,             ///< the cloud has no points
-  kNoFinitePoints,    ///< every point has a coordinate that is NaN or infinite
-  kTooFewPoints,      ///< fewer finite points than one fit needs (Options::min_neighbours)
-  kSuspiciousUnits,   ///< the cloud is over 100 m wide: probably millimetres
+  kOk,               ///< the cloud was searched; there may still be no handles
+  kEmpty,            ///< the cloud has no points
+  kNoFinitePoints,   ///< every point has a coordinate that is NaN or infinite
+  kTooFewPoints,     ///< fewer finite points than one fit needs (Options::min_neighbours)
+  kSuspiciousUnits,  ///< the cloud is over 100 m wide: probably millimetres
 };
 /// "ok", "empty", "no_finite_points", "too_few_points", "suspicious_units"
 std::string_view to_string(Status);
@@ -35,31 +35,31 @@ struct Affordance {
 
 /// A contiguous run of aligned affordances: one graspable part.
 struct Handle {
-  Vector3 center;            ///< m; middle of the extent on the axis
-  Vector3 axis;              ///< unit; largest component positive
-  Vector3 approach;          ///< unit; direction in which a hand moves towards the part
-  double radius = 0;         ///< m
-  double length = 0;         ///< m; extent along the axis
-  double confidence = 0;     ///< 0..1; from the number of affordances and the length; not calibrated
+  Vector3 center;                          ///< m; middle of the extent on the axis
+  Vector3 axis;                            ///< unit; largest component positive
+  Vector3 approach;                        ///< unit; direction in which a hand moves towards the part
+  double radius = 0;                       ///< m
+  double length = 0;                       ///< m; extent along the axis
+  double confidence = 0;                   ///< 0..1; from the number of affordances and the length; not calibrated
   std::vector<std::uint32_t> affordances;  ///< indices into Result::affordances, ascending
 };
 
 /// How many samples ended at each step, in the order of the steps. The counts add up to `samples`.
 struct Funnel {
-  std::int64_t samples = 0;           ///< neighbourhoods looked at
-  std::int64_t too_few_points = 0;    ///< fewer neighbours than Options::min_neighbours
-  std::int64_t flat = 0;              ///< points on a plane, a line or in one place: no quadric
-  std::int64_t curvature_low = 0;     ///< radius of curvature beyond Options::reach
-  std::int64_t circle_wide = 0;       ///< fitted circle wider than the hand's aperture
-  std::int64_t circle_narrow = 0;     ///< fitted circle narrower than the hand's minimum opening
-  std::int64_t no_gap = 0;            ///< no shell with an empty gap for the fingers
-  std::int64_t shell_empty = 0;       ///< a gap, but too few points within the shell
-  std::int64_t affordances = 0;       ///< samples that gave an affordance
+  std::int64_t samples = 0;         ///< neighbourhoods looked at
+  std::int64_t too_few_points = 0;  ///< fewer neighbours than Options::min_neighbours
+  std::int64_t flat = 0;            ///< points on a plane, a line or in one place: no quadric
+  std::int64_t curvature_low = 0;   ///< radius of curvature beyond Options::reach
+  std::int64_t circle_wide = 0;     ///< fitted circle wider than the hand's aperture
+  std::int64_t circle_narrow = 0;   ///< fitted circle narrower than the hand's minimum opening
+  std::int64_t no_gap = 0;          ///< no shell with an empty gap for the fingers
+  std::int64_t shell_empty = 0;     ///< a gap, but too few points within the shell
+  std::int64_t affordances = 0;     ///< samples that gave an affordance
   // Of the affordances:
-  std::int64_t not_aligned = 0;       ///< in no group of Options::handle_min_affordances aligned ones
-  std::int64_t too_short = 0;         ///< in a group shorter than Options::handle_min_length
-  std::int64_t low_confidence = 0;    ///< in a handle below Options::min_confidence
-  std::int64_t in_handles = 0;        ///< in a reported handle
+  std::int64_t not_aligned = 0;     ///< in no group of Options::handle_min_affordances aligned ones
+  std::int64_t too_short = 0;       ///< in a group shorter than Options::handle_min_length
+  std::int64_t low_confidence = 0;  ///< in a handle below Options::min_confidence
+  std::int64_t in_handles = 0;      ///< in a reported handle
 };
 
 /// Wall-clock time of each step of one frame (ms). Steps that run in parallel are measured as their share of the
@@ -77,9 +77,9 @@ struct StageTimes {
 
 struct Result {
   Status status = Status::kOk;
-  std::size_t points = 0;           ///< of the cloud
+  std::size_t points = 0;  ///< of the cloud
   std::size_t finite_points = 0;
-  std::vector<Handle> handles;      ///< best confidence first
+  std::vector<Handle> handles;          ///< best confidence first
   std::vector<Affordance> affordances;  ///< in the order of their samples
   Funnel funnel;
   StageTimes times_ms;
