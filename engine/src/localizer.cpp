@@ -1,6 +1,7 @@
 // Algorithm 1 of the paper, a frame at a time.
 #include "handhold/localizer.h"
 
+#include <tbb/global_control.h>
 #include <tbb/task_arena.h>
 
 #include <algorithm>
@@ -47,7 +48,10 @@ void check(const CloudView& cloud) {
 struct Localizer::Impl {
   explicit Impl(const Options& o)
       : options(o), index(make_index(o.index)), sampler(options), search(options), handle_search(options) {
-    if (o.threads > 0) arena.initialize(o.threads);
+    // TBB warns on the console when an arena asks for more than the process allows; the result does not depend on it.
+    const auto allowed = tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism);
+    if (o.threads > 0)
+      arena.initialize(static_cast<int>(std::min<std::size_t>(allowed, static_cast<std::size_t>(o.threads))));
   }
 
   Options options;

@@ -71,7 +71,8 @@ struct Options {
   double handle_min_length = 0.02;  ///< m; extent along the axis that a handle needs
   double min_confidence = 0.5;      ///< 0..1; handles below it are left out
   // Running
-  int threads = 0;  ///< 0: the caller's TBB arena as it is; otherwise an arena of that many
+  int threads = 0;  ///< 0: the caller's TBB arena as it is; otherwise an arena of that many, or
+                    ///< of as many as tbb::global_control allows when the localizer is made
 
   /// largest radius of curvature worth a look (m)
   double effective_reach() const { return reach ? *reach : 1.25 * hand_aperture / 2; }
