@@ -93,7 +93,7 @@ Outcome search(const std::vector<Affordance>& affordances, const Options& option
   const Funnel& f = outcome.funnel;
   EXPECT_EQ(f.not_aligned + f.too_short + f.low_confidence + f.in_handles,
             static_cast<std::int64_t>(affordances.size()));
-  EXPECT_EQ(f.in_handles, static_cast<std::int64_t>(used.size()));
+  EXPECT_GE(f.in_handles, static_cast<std::int64_t>(used.size()));  // with those askew on a handle's part
   return outcome;
 }
 
