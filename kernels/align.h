@@ -26,6 +26,7 @@ LANE_FN void align_row(const kernels::AffordanceArrays& a, std::int32_t i, const
                         (abs(F16::load(a.radius + j) - r) <= radius);
     row[j / 32] |= bits(aligned) << (j % 32);
   }
+  row[i / 32] |= 1u << (i % 32);  // rounding may put an axis at an angle to itself
 }
 
 }  // namespace handhold::HANDHOLD_LANE

@@ -165,14 +165,13 @@ LANE_FN R median9(R* v) {
 }
 
 /// The median of the largest curvature over nine points spread over the neighbourhood. The paper takes random points of
-/// the surface; these are fixed: the mean of the points and steps of 1.2 standard deviations from it along the
-/// principal directions, each brought to the surface.
+/// the surface; these are fixed: the sample's foot and steps of 1.2 standard deviations of the points from it along the
+/// principal directions, each brought to the surface. (The points' mean is no place to start from: of a rod that is seen
+/// all around it lies on the axis, where the gradient vanishes.)
 template <class R>
-LANE_FN R median_curvature(const Quadric<R>& q, const R* moments) {
+LANE_FN R median_curvature(const Quadric<R>& q, const R* moments, const Vec3<R>& centre, const Principal<R>& p) {
   const R inverse_n = R(1.0) / moments[0];
   const Vec3<R> mean = {moments[1] * inverse_n, moments[2] * inverse_n, moments[3] * inverse_n};
-  const Vec3<R> centre = q.foot(mean);
-  const Principal<R> p = principal_at(q, centre);
   const R cxx = fnma(mean.x, mean.x, moments[4] * inverse_n), cxy = fnma(mean.x, mean.y, moments[5] * inverse_n);
   const R cxz = fnma(mean.x, mean.z, moments[6] * inverse_n), cyy = fnma(mean.y, mean.y, moments[7] * inverse_n);
   const R cyz = fnma(mean.y, mean.z, moments[8] * inverse_n), czz = fnma(mean.z, mean.z, moments[9] * inverse_n);

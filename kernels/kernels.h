@@ -152,7 +152,7 @@ struct Kernels {
                   Moments* out);
 
   /// Points of one neighbourhood, for tests and for code that is not in a hurry: writes x, y, z relative to the centre
-  /// (unscaled, m), returns their number; capacity: 3 arrays of tiles.blocks * 256 + 16 floats.
+  /// (unscaled, m), returns their number; capacity: 3 arrays of candidates.padded * 256 + 16 floats.
   std::int32_t (*collect)(const Tiles& tiles, const Candidates& candidates, const float* centre, float radius,
                           void* scratch, float* x, float* y, float* z);
 

@@ -321,7 +321,9 @@ LANE_FN void neighbourhood_moments(const kernels::Tiles& tiles, const kernels::C
       float flat = batch.flat_rms;
       if (batch.flat_slope > 0.0f && batch.flat_slope * m.narrow2[i] < flat) flat = batch.flat_slope * m.narrow2[i];
       // Twelve points are enough to tell a plane; fewer go on and are judged by their exact number.
-      if (m.sums[0][i] >= 12.0f && m.residual2[i] < flat * flat) {
+      // Points on a line are flat, too: float sums cannot tell what lies beside it.
+      const bool line = batch.flat_slope > 0.0f && m.narrow2[i] <= 1e-5f * batch.radius * batch.radius;
+      if (m.sums[0][i] >= 12.0f && (line || m.residual2[i] < flat * flat)) {
         to.skipped = 1;
         to.count = static_cast<std::int32_t>(m.sums[0][i]);
         continue;

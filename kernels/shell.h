@@ -134,7 +134,9 @@ LANE_FN std::uint32_t test_slab(const float* const* box, std::size_t at, const B
   const F16 half(0.5f);
   const F16 lx = F16::load(box[0] + at), ly = F16::load(box[1] + at), lz = F16::load(box[2] + at);
   const F16 hx = F16::load(box[3] + at), hy = F16::load(box[4] + at), hz = F16::load(box[5] + at);
-  const F16 mx = half * (lx + hx) - ball.x, my = half * (ly + hy) - ball.y, mz = half * (lz + hz) - ball.z;
+  // About the centre before adding: the rounding is then that of the small numbers.
+  const F16 mx = half * ((lx - ball.x) + (hx - ball.x)), my = half * ((ly - ball.y) + (hy - ball.y));
+  const F16 mz = half * ((lz - ball.z) + (hz - ball.z));
   const F16 ex = half * (hx - lx), ey = half * (hy - ly), ez = half * (hz - lz);
   const F16 offset = abs(fma(ax, mx, fma(ay, my, az * mz)));
   const F16 extent = fma(abs(ax), ex, fma(abs(ay), ey, abs(az) * ez));

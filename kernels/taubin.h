@@ -222,23 +222,24 @@ LANE_FN R smallest_eigenvalue(const R* d, const R* e) {
 /// Eigenvector of the tridiagonal form to the eigenvalue `lambda` by inverse iteration; not normalised.
 template <class R>
 LANE_FN void tridiagonal_vector(const R* d, const R* e, R lambda, R* x) {
-  // Just below the eigenvalue the matrix is positive definite, and LDL^T needs no pivoting.
+  // Just below the eigenvalue the matrix is positive definite, and LDL^T needs no pivoting. Where rounding puts the shift a
+  // hair above, a pivot turns negative: that is as good, as long as none is zero.
   const R shift = lambda - lambda * R(1e-9) - R(1e-14);
   const R tiny = R(1e-17);
   R l[8], inverse[9];
   R pivot = d[0] - shift;
-  inverse[0] = R(1.0) / max(pivot, tiny);
+  inverse[0] = R(1.0) / select(abs(pivot) > tiny, pivot, tiny);
 #pragma GCC unroll 8
   for (int i = 0; i < 8; ++i) {
     l[i] = e[i] * inverse[i];
     pivot = fnma(l[i], e[i], d[i + 1] - shift);
-    inverse[i + 1] = R(1.0) / max(pivot, tiny);
+    inverse[i + 1] = R(1.0) / select(abs(pivot) > tiny, pivot, tiny);
   }
   // Any start vector that is orthogonal to no likely eigenvector will do.
   constexpr double kStart[9] = {0.31, -0.53, 0.47, 0.42, -0.37, 0.61, 0.83, -0.71, 1.0};
 #pragma GCC unroll 9
   for (int i = 0; i < 9; ++i) x[i] = R(kStart[i]);
-#pragma GCC unroll 3
+#pragma GCC unroll 1
   for (int round = 0; round < 3; ++round) {
 #pragma GCC unroll 8
     for (int i = 0; i < 8; ++i) x[i + 1] = fnma(l[i], x[i], x[i + 1]);
@@ -246,14 +247,13 @@ LANE_FN void tridiagonal_vector(const R* d, const R* e, R lambda, R* x) {
     for (int i = 0; i < 9; ++i) x[i] = x[i] * inverse[i];
 #pragma GCC unroll 8
     for (int i = 7; i >= 0; --i) x[i] = fnma(l[i], x[i + 1], x[i]);
+    R norm2 = x[0] * x[0];
+#pragma GCC unroll 9
+    for (int i = 1; i < 9; ++i) norm2 = fma(x[i], x[i], norm2);
+    const R scale = R(1.0) / sqrt(norm2);
+#pragma GCC unroll 9
+    for (int i = 0; i < 9; ++i) x[i] = x[i] * scale;
   }
-  // Each round grows the vector by at most 1/tiny: three rounds stay within a double.
-  R norm2 = x[0] * x[0];
-#pragma GCC unroll 9
-  for (int i = 1; i < 9; ++i) norm2 = fma(x[i], x[i], norm2);
-  const R scale = R(1.0) / sqrt(norm2);
-#pragma GCC unroll 9
-  for (int i = 0; i < 9; ++i) x[i] = x[i] * scale;
 }
 
 /// Undoes the reflections and the Cholesky factor: x becomes the generalized eigenvector with c^T N c = 1.

@@ -44,7 +44,7 @@ std::vector<Case> cases() {
   all.push_back({"empty", {}});
   all.push_back({"sparse: blocks over many cells", test::cube(random, 3000, 30)});
   all.push_back({"one point", {Vector3f(0.1f, 0.2f, 0.3f)}});
-  all.push_back({"duplicates", FloatPoints(200, Vector3f(0.1f, 0.2f, 0.3f))});
+  all.push_back({"duplicates", FloatPoints(1000, Vector3f(0.1f, 0.2f, 0.3f))});
   all.push_back({"bad points", test::with_bad_points(random, test::cube(random, 2000, 0.2), 3)});
   all.push_back({"nothing measured", FloatPoints(400, Vector3f(test::kNan, 0, 0))});
   all.push_back({"nothing measured, organized", FloatPoints(400, Vector3f(test::kInfinity, 0, 0)), 20});

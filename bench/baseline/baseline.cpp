@@ -60,7 +60,7 @@ ShellLimits shell_limits(const CloudView& cloud, const Options& options, const E
   ShellLimits limits{};
   limits.half_width = options.finger_width / 2;
   limits.start_radius = 0.7 * circle_radius;
-  limits.max_radius = options.hand_aperture / 2 + 2 * depth_sigma(distance) + 0.002;
+  limits.max_radius = options.hand_aperture / 2 + std::min(2 * depth_sigma(distance), 0.1 * options.hand_aperture) + 0.002;
   limits.gap = options.finger_thickness;
   limits.max_gap_points = static_cast<int>(std::floor(options.shell_gap_area_mm2 * 1e-6 * density));
   limits.min_inner_points = std::max(1, static_cast<int>(std::ceil(options.shell_inner_area_mm2 * 1e-6 * density)));

@@ -168,17 +168,16 @@ Quadric fit_quadric(const PclCloud& cloud, const std::vector<int>& neighbours, c
 
 Curvature estimate_curvature(const Quadric& quadric) {
   const Surface surface(quadric.c);
-  const PrincipalCurvature centre = principal_curvature(surface, surface.foot(Eigen::Vector3d::Zero()));
+  const Eigen::Vector3d q = surface.foot(Eigen::Vector3d::Zero());
+  const PrincipalCurvature centre = principal_curvature(surface, q);
 
-  // Nine points spread as the neighbourhood is: 1.2 standard deviations along both principal directions at the foot of
-  // its mean.
-  const Eigen::Vector3d q = surface.foot(quadric.mean);
-  const PrincipalCurvature middle = principal_curvature(surface, q);
+  // Nine points spread as the neighbourhood is: 1.2 standard deviations along both principal directions at the sample's
+  // foot.
   const auto spread = [&](const Eigen::Vector3d& direction) {
     return Eigen::Vector3d(1.2 * std::sqrt(std::max(0.0, direction.dot(quadric.covariance * direction))) * direction);
   };
-  const Eigen::Vector3d a = spread(middle.least);
-  const Eigen::Vector3d b = spread(middle.most);
+  const Eigen::Vector3d a = spread(centre.least);
+  const Eigen::Vector3d b = spread(centre.most);
   std::array<double, 9> largest;
   for (int i = 0; i < 3; ++i)
     for (int j = 0; j < 3; ++j)

@@ -51,7 +51,7 @@ class PlyReader {
     take_list<pcl::io::ply::uint32>(lists);
     parser.list_property_definition_callbacks(lists);
 
-    if (!parser.parse(path_) || cloud_.xyz.size() != 3 * vertices_) {
+    if (!parser.parse(path_) || !header_done_ || cloud_.xyz.size() != 3 * vertices_) {
       fail(header_done_ ? "its data are truncated or damaged (" + std::to_string(cloud_.xyz.size() / 3) + " of " +
                               std::to_string(vertices_) + " vertices were read)"
                         : "its header is damaged at line " + std::to_string(error_line_),

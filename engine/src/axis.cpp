@@ -35,11 +35,11 @@ void estimate_normals(const TileStore& tiles, const NeighbourIndex& index, float
   tbb::enumerable_thread_specific<Scratch> scratch;
   tbb::parallel_for(tbb::blocked_range<std::uint32_t>(0, tiles.blocks(), 4), [&](const auto& range) {
     Scratch& s = scratch.local();
-    const std::size_t capacity = static_cast<std::size_t>(tiles.blocks()) * 256 + 16;
-    s.x.require(capacity), s.y.require(capacity), s.z.require(capacity);
     for (std::uint32_t b = range.begin(); b < range.end(); ++b) {
       if (tiles.block_empty(b)) continue;
       s.near.fill(tiles, index, tiles.block_box(b), tiles.block_box(b) + 4, radius);
+      const std::size_t capacity = static_cast<std::size_t>(s.near.view().padded) * 256 + 16;
+      s.x.require(capacity), s.y.require(capacity), s.z.require(capacity);
       for (std::size_t at = 0; at < 256; ++at) {
         const std::size_t i = static_cast<std::size_t>(b) * 768 + at / 16 * 48 + at % 16;
         const float p[3] = {view.points[i], view.points[i + 16], view.points[i + 32]};

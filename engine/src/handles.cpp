@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <tuple>
 
 #include "kernels.h"
 #include "vec3.h"
@@ -26,6 +27,21 @@ double saturating(double x, double half) {
 
 }  // namespace
 
+/// The same point may be drawn twice: it is evidence once.
+void HandleSearch::find_copies(const std::vector<Affordance>& affordances) {
+  const auto n = static_cast<std::uint32_t>(affordances.size());
+  order_.resize(n);
+  for (std::uint32_t i = 0; i < n; ++i) order_[i] = i;
+  const auto key = [&](std::uint32_t i) { return std::tie(affordances[i].center, affordances[i].axis); };
+  std::sort(order_.begin(), order_.end(),
+            [&](std::uint32_t a, std::uint32_t b) { return key(a) != key(b) ? key(a) < key(b) : a < b; });
+  first_same_.resize(n);
+  for (std::uint32_t i = 0; i < n; ++i) {
+    const bool same = i > 0 && key(order_[i]) == key(order_[i - 1]);
+    first_same_[order_[i]] = same ? first_same_[order_[i - 1]] : order_[i];
+  }
+}
+
 void HandleSearch::load(const std::vector<Affordance>& affordances) {
   const std::size_t n = affordances.size();
   padded_ = static_cast<std::int32_t>((n + 15) / 16 * 16);
@@ -33,7 +49,8 @@ void HandleSearch::load(const std::vector<Affordance>& affordances) {
   for (std::size_t i = 0; i < static_cast<std::size_t>(padded_); ++i) {
     for (std::size_t k = 0; k < 3; ++k) {
       // NaN is aligned with nothing.
-      arrays_[k][i] = i < n ? static_cast<float>(affordances[i].center[k]) : std::numeric_limits<float>::quiet_NaN();
+      arrays_[k][i] = i < n && first_same_[i] == i ? static_cast<float>(affordances[i].center[k])
+                                                   : std::numeric_limits<float>::quiet_NaN();
       arrays_[3 + k][i] = i < n ? static_cast<float>(affordances[i].axis[k]) : 0.0f;
     }
     arrays_[6][i] = i < n ? static_cast<float>(affordances[i].radius) : 0.0f;
@@ -86,8 +103,8 @@ HandleSearch::Line HandleSearch::fit_line(const std::vector<Affordance>& afforda
   Eigen::Vector3d axis = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>().compute(axes).eigenvectors().col(2);
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> lie(spread);
   const Eigen::Vector3d direction = lie.eigenvectors().col(2);
-  const double length = std::sqrt(12 * lie.eigenvalues()[2] / n);  // of a uniform run
-  const double width = std::sqrt(lie.eigenvalues()[1] / n);
+  const double length = std::sqrt(12 * std::max(0.0, lie.eigenvalues()[2]) / n);  // of a uniform run
+  const double width = std::sqrt(std::max(0.0, lie.eigenvalues()[1]) / n);
   if (length > 0.04 && length > 8 * width && std::fabs(direction.dot(axis)) >= std::cos(options_->align_angle))
     axis = direction;
   const auto middle = radii.begin() + static_cast<std::ptrdiff_t>(radii.size() / 2);
@@ -136,9 +153,11 @@ void HandleSearch::run(const std::vector<Affordance>& affordances, std::vector<H
   const std::size_t n = affordances.size();
   std::vector<std::uint8_t> fate(n, kNotAligned);
   if (n > 0) {
+    find_copies(affordances);
     load(affordances);
     count_aligned(n);
     taken_.assign(n, 0);
+    for (std::uint32_t i = 0; i < n; ++i) taken_[i] = first_same_[i] != i;
     spent_.assign(n, 0);
     order_.resize(n);
     for (std::uint32_t i = 0; i < n; ++i) order_[i] = i;
@@ -195,14 +214,18 @@ void HandleSearch::run(const std::vector<Affordance>& affordances, std::vector<H
       const double t = dot(d, line.axis);
       const bool on_part = t >= low - options_->handle_gap && t <= high + options_->handle_gap &&
                            norm(d - t * line.axis) <= std::max(line.radius, options_->align_offset);
-      if (on_part && std::fabs(dot(affordances[i].axis, line.axis)) >= 0.7) taken_[i] = 1;
+      if (on_part && std::fabs(dot(affordances[i].axis, line.axis)) >= 0.7) {
+        taken_[i] = 1;
+        fate[i] = good ? kInHandle : kLowConfidence;
+      }
     }
     if (good) handles.push_back(std::move(h));
   }
   std::sort(handles.begin(), handles.end(), [](const Handle& a, const Handle& b) {
     return a.confidence != b.confidence ? a.confidence > b.confidence : a.affordances < b.affordances;
   });
-  for (const std::uint8_t f : fate) {
+  for (std::size_t i = 0; i < n; ++i) {
+    const std::uint8_t f = fate[first_same_[i]];
     ++(f == kNotAligned      ? funnel.not_aligned
        : f == kTooShort      ? funnel.too_short
        : f == kLowConfidence ? funnel.low_confidence

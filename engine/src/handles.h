@@ -23,6 +23,7 @@ class HandleSearch {
     Vector3 point, axis;
     double radius;
   };
+  void find_copies(const std::vector<Affordance>& affordances);
   void load(const std::vector<Affordance>& affordances);
   void count_aligned(std::size_t n);
   void row(std::size_t i, std::uint32_t* bits) const;
@@ -33,6 +34,7 @@ class HandleSearch {
   AlignedArray<float> arrays_[7];
   std::vector<std::uint32_t> aligned_;  ///< number of affordances aligned with each
   std::vector<std::uint32_t> order_;
+  std::vector<std::uint32_t> first_same_;  ///< the first affordance of the same place and axis
   std::vector<std::uint32_t> bits_;
   std::vector<std::uint32_t> members_;
   std::vector<std::uint8_t> taken_;  ///< in a handle, or on its part

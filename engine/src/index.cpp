@@ -20,6 +20,7 @@ void CandidateList::fill(const TileStore& tiles, const NeighbourIndex& index, co
   }
   index.query(centre, (std::sqrt(half2) + radius) * 1.00001f, found_);
   near_.clear();
+  near_.reserve(tiles.blocks());  // nothing may throw while the set is read out
   const float limit2 = radius * radius * 1.00001f;
   found_.drain([&](std::uint32_t block) {
     const float* box = tiles.block_box(block);

@@ -3,6 +3,7 @@
 // neighbourhoods.
 #include <embree3/rtcore.h>
 
+#include <cmath>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -14,7 +15,8 @@ namespace {
 
 class EmbreeIndex final : public NeighbourIndex {
  public:
-  // No "threads=": Embree would set the limit for the whole process. Builds run where they are called from.
+  // No "threads=": Embree would set the limit for the whole process. rtcCommitScene builds in the caller's TBB arena;
+  // rtcJoinCommitScene would use the device's own.
   EmbreeIndex() : device_(rtcNewDevice(nullptr)) {
     if (!device_)
       throw std::runtime_error("Embree: no device (error " + std::to_string(rtcGetDeviceError(nullptr)) + ")");
@@ -47,7 +49,7 @@ class EmbreeIndex final : public NeighbourIndex {
       built_ = blocks_.size();
     }
     rtcCommitGeometry(geometry_);
-    rtcJoinCommitScene(scene_);
+    rtcCommitScene(scene_);
     const RTCError error = rtcGetDeviceError(device_);
     if (error != RTC_ERROR_NONE)
       throw std::runtime_error("Embree: building the index failed (error " + std::to_string(error) + ")");
@@ -74,8 +76,10 @@ class EmbreeIndex final : public NeighbourIndex {
     const auto* self = static_cast<const EmbreeIndex*>(a->geometryUserPtr);
     const float* box = self->tiles_->block_box(self->blocks_[a->primID]);
     RTCBounds& b = *a->bounds_o;
-    b.lower_x = box[0], b.lower_y = box[1], b.lower_z = box[2];
-    b.upper_x = box[4], b.upper_y = box[5], b.upper_z = box[6];
+    // A little wider: Embree's build aborts when all boxes are one and the same point. Lists are culled exactly later.
+    const auto slack = [](float x) { return 1e-6f + 1e-6f * std::fabs(x); };
+    b.lower_x = box[0] - slack(box[0]), b.lower_y = box[1] - slack(box[1]), b.lower_z = box[2] - slack(box[2]);
+    b.upper_x = box[4] + slack(box[4]), b.upper_y = box[5] + slack(box[5]), b.upper_z = box[6] + slack(box[6]);
   }
   static bool collect(RTCPointQueryFunctionArguments* a) {
     auto* visit = static_cast<Visit*>(a->userPtr);

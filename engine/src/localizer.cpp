@@ -65,13 +65,14 @@ struct Localizer::Impl {
   std::vector<Step> steps;
   std::vector<Vector3> centres;
 
-  /// In the caller's arena, or in our own when a number of threads is asked for.
+  /// In the caller's arena, or in our own when a number of threads is asked for. Isolated: a thread that waits for our
+  /// tasks must not take up another of the caller's, which might call this localizer again.
   template <class F>
   void in_arena(F&& f) {
     if (options.threads > 0) {
-      arena.execute(f);
+      arena.execute([&] { tbb::this_task_arena::isolate(f); });
     } else {
-      f();
+      tbb::this_task_arena::isolate(f);
     }
   }
 
@@ -92,7 +93,7 @@ struct Localizer::Impl {
       return result.status = Status::kTooFewPoints, false;
     }
     for (int k = 0; k < 3; ++k) {
-      if (tiles.robust_high()[k] - tiles.robust_low()[k] > kSuspiciousExtent)
+      if (!options.workspace && tiles.robust_high()[k] - tiles.robust_low()[k] > kSuspiciousExtent)
         return result.status = Status::kSuspiciousUnits, false;
     }
     index->build(tiles);
@@ -108,7 +109,9 @@ struct Localizer::Impl {
     double sampling = 0;
     sampler.begin(tiles, *index);
     search.begin(tiles, *index, cloud.viewpoint);
-    if (sampler.points() > 0) {
+    if (sampler.points() == 0) {
+      result.status = Status::kTooFewPoints;
+    } else {
       std::uint32_t first = 0;
       const std::vector<int> rounds = Sampler::rounds(options);
       samples.resize(3 * static_cast<std::size_t>(options.samples));

@@ -148,14 +148,14 @@ Sampler::Draw Sampler::draw(int round, int sample, int attempt) const {
 
 bool Sampler::snap(const Vector3& position, float* xyz) {
   Scratch& s = scratch_.local();
-  const std::size_t capacity = static_cast<std::size_t>(tiles_->blocks()) * 256 + 16;
-  s.x.require(capacity), s.y.require(capacity), s.z.require(capacity);
   const float c[3] = {static_cast<float>(position[0]), static_cast<float>(position[1]),
                       static_cast<float>(position[2])};
   const float radius = static_cast<float>(options_->radius.front());
   // Most draws lie near a surface: a small ball first, the whole one only if it is empty.
   for (const float r : {0.2f * radius, radius}) {
     s.near.fill(*tiles_, *index_, c, c, r);
+    const std::size_t capacity = static_cast<std::size_t>(s.near.view().padded) * 256 + 16;
+    s.x.require(capacity), s.y.require(capacity), s.z.require(capacity);
     const int n =
         kernels::kernels().collect(tiles_->view(), s.near.view(), c, r, nullptr, s.x.data(), s.y.data(), s.z.data());
     int best = -1;

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <tuple>
 
 #include "axis.h"
 #include "morton.h"
@@ -109,7 +110,7 @@ StepSeconds Search::seconds() const {
   return sum;
 }
 
-/// Sorts samples along the Morton curve, in cells of half a radius where 11 bits a coordinate allow.
+/// Sorts samples along the Morton curve, in cells of 12.5 mm where 7 bits a coordinate cover the cloud.
 void Search::sort_samples(const float* xyz, std::uint32_t n) {
   const float *low = tiles_->robust_low(), *high = tiles_->robust_high();
   const float cell = std::max(0.0125f, std::max({high[0] - low[0], high[1] - low[1], high[2] - low[2]}) / 120.0f);
@@ -176,10 +177,9 @@ void Search::run(const float* xyz, std::uint32_t n, std::uint32_t first, Step* s
     for (std::uint32_t i = 0; i < n; ++i) steps[i] = std::max(steps[i], steps_[i]);
     for (const Scratch& s : scratch_) merged_.insert(merged_.end(), s.found.begin(), s.found.end());
   }
-  // In the order of the samples; of several radii the one whose quadric fits best explains the place.
+  // In the order of the samples; of several radii the one whose quadric fits best for its size explains the place.
   std::sort(merged_.begin(), merged_.end(), [](const Found& a, const Found& b) {
-    return a.affordance.sample != b.affordance.sample ? a.affordance.sample < b.affordance.sample
-                                                      : a.residual < b.residual;
+    return std::tie(a.affordance.sample, a.residual, a.scale) < std::tie(b.affordance.sample, b.residual, b.scale);
   });
   for (std::size_t i = 0; i < merged_.size(); ++i) {
     if (i > 0 && merged_[i].affordance.sample == merged_[i - 1].affordance.sample) continue;
@@ -288,6 +288,7 @@ void Search::fit(double radius, Step* steps, Scratch& s) const {
       a.radius = circle_radius;
       a.curvature = f.kappa_median[lane] / radius;
       c.residual = std::sqrt(f.lambda[lane]);
+      c.scale = radius;
       c.density = static_cast<double>(m.count) / (kPi * radius * radius);
       s.candidates.push_back(c);
     }
@@ -301,7 +302,9 @@ void Search::find_shells(Step* steps, Scratch& s) const {
   const auto largest_radius = [&](const Candidate& c) {
     const double z = viewpoint_ ? norm(c.position - *viewpoint_) : 0.0;
     // Noise may carry single points of the part beyond its own radius.
-    return options_->hand_aperture / 2 + 2 * depth_noise(z) + 0.002;
+    // Far away the noise of such a camera would swallow what stands beside the part: it counts up to a tenth of the
+    // hand.
+    return options_->hand_aperture / 2 + std::min(2 * depth_noise(z), 0.1 * options_->hand_aperture) + 0.002;
   };
   for (std::size_t first = 0; first < s.candidates.size();) {
     float low[3], high[3];
@@ -332,9 +335,10 @@ void Search::find_shells(Step* steps, Scratch& s) const {
       q.start_radius = static_cast<float>(0.7 * a.radius);
       q.max_radius = static_cast<float>(largest_radius(c));
       q.gap = static_cast<float>(gap);
-      q.max_gap_points = static_cast<std::int32_t>(std::floor(options_->shell_gap_area_mm2 * 1e-6 * c.density));
-      q.min_inner_points =
-          std::max(1, static_cast<std::int32_t>(std::ceil(options_->shell_inner_area_mm2 * 1e-6 * c.density)));
+      q.max_gap_points =
+          static_cast<std::int32_t>(std::min(1e9, std::floor(options_->shell_gap_area_mm2 * 1e-6 * c.density)));
+      q.min_inner_points = std::max(
+          1, static_cast<std::int32_t>(std::min(1e9, std::ceil(options_->shell_inner_area_mm2 * 1e-6 * c.density))));
       kernels::ShellResult r;
       k.shell(tiles_->view(), s.near.view(), q, s.kernel.data(), r);
       Step& step = steps[c.sample];
@@ -345,7 +349,7 @@ void Search::find_shells(Step* steps, Scratch& s) const {
       step = Step::kAffordance;
       a.shell_radius = static_cast<double>(r.radius);
       a.gap = static_cast<double>(r.free_to) - static_cast<double>(r.radius);
-      s.found.push_back({a, c.residual});
+      s.found.push_back({a, c.residual, c.scale});
     }
   }
 }

@@ -64,11 +64,12 @@ class Search {
     Affordance affordance;
     Vector3 position;
     double residual;  ///< root of lambda, in units of the radius
+    double scale;     ///< the radius (m)
     double density;   ///< points per m^2
   };
   struct Found {
     Affordance affordance;
-    double residual;
+    double residual, scale;
   };
   struct Scratch {
     CandidateList near;

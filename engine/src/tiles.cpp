@@ -173,7 +173,8 @@ void TileStore::build_unorganized(const CloudView& cloud) {
 void TileStore::find_robust_bounds(const CloudView& cloud) {
   // Every stride-th usable point; denser when most points are missing.
   const std::size_t n = cloud.size();
-  for (std::size_t stride = std::max<std::size_t>(1, n / kSubset);; stride = std::max<std::size_t>(1, stride / 16)) {
+  // Odd, so that it does not walk down one column of an image.
+  for (std::size_t stride = n / kSubset | 1;; stride = stride / 16 | 1) {
     subset_.clear();
     for (std::size_t i = 0; i < n; i += stride) {
       const float* p = cloud.point(i);
@@ -196,7 +197,8 @@ void TileStore::find_robust_bounds(const CloudView& cloud) {
 
 void TileStore::build(const CloudView& cloud) {
   find_robust_bounds(cloud);
-  if (cloud.organized()) {
+  // A single row or column is no image, whatever its height says.
+  if (cloud.width >= 4 && cloud.height >= 4) {
     build_organized(cloud);
   } else {
     build_unorganized(cloud);

@@ -50,10 +50,10 @@ Vector3<T> foot(const QuadricVector<T>& c, Vector3<T> p) {
 
 template <class T>
 struct PrincipalCurvatures {
-  Vector3<T> normal;  ///< unit; along the gradient
+  Vector3<T> normal = Vector3<T>::Zero();  ///< unit; along the gradient
   T minor = 0,
     major = 0;  ///< of smaller and larger absolute value; positive where a sphere with outward gradient has it
-  Vector3<T> minor_direction, major_direction;  ///< unit, tangent; sign arbitrary
+  Vector3<T> minor_direction = Vector3<T>::Zero(), major_direction = Vector3<T>::Zero();  ///< unit, tangent; sign arbitrary
 };
 
 template <class T>
@@ -83,11 +83,11 @@ struct Curvature {
   T least_gradient = 0;            ///< least |g| met at the ten points: how well defined all this is
 };
 
-/// The nine points: a 3x3 grid about the points' mean along the principal directions there, 1.2 standard deviations
+/// The nine points: a 3x3 grid about the sample's foot along the principal directions there, 1.2 standard deviations
 /// apart, each brought to the surface. No random numbers, and the sign of a direction does not matter.
 template <class T>
 std::array<Vector3<T>, 9> nine_points(const QuadricVector<T>& c, const MomentSums<T>& sums) {
-  const Vector3<T> q = foot(c, mean_point(sums));
+  const Vector3<T> q = foot(c, Vector3<T>(Vector3<T>::Zero()));
   const PrincipalCurvatures<T> k = principal_curvatures(c, q);
   const Eigen::Matrix<T, 3, 3> C = covariance(sums);
   const Vector3<T>& a = k.minor_direction;

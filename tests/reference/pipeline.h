@@ -26,9 +26,9 @@ struct Cloud {
 enum class Step { kTooFewPoints, kFlat, kCurvatureLow, kCircleWide, kCircleNarrow, kNoGap, kShellEmpty, kAffordance };
 
 struct Affordance {
-  Vector3d center;          ///< m; point of the axis at the sample's height
-  Vector3d axis;            ///< unit; largest component positive
-  Vector3d normal;          ///< unit; towards the viewpoint, or away from the axis when there is none
+  Vector3d center = Vector3d::Zero();          ///< m; point of the axis at the sample's height
+  Vector3d axis = Vector3d::Zero();            ///< unit; largest component positive
+  Vector3d normal = Vector3d::Zero();          ///< unit; towards the viewpoint, or away from the axis when there is none
   double radius = 0;        ///< m; of the fitted circle
   double shell_radius = 0;  ///< m
   double gap = 0;           ///< m; free width beyond shell_radius
@@ -79,7 +79,7 @@ inline ShellQuery shell_query(const Cloud& cloud, const Vector3d& sample, int co
   const double z = cloud.viewpoint ? (sample - *cloud.viewpoint).norm() : 0.0;
   ShellQuery query;
   query.start_radius = 0.7 * circle_radius;
-  query.max_radius = options.hand_aperture / 2 + 2 * depth_sigma(z) + 2e-3;
+  query.max_radius = options.hand_aperture / 2 + std::min(2 * depth_sigma(z), 0.1 * options.hand_aperture) + 2e-3;
   query.gap = options.finger_thickness;
   query.max_gap_points = static_cast<int>(std::floor(options.shell_gap_area_mm2 * per_mm2));
   query.min_inner_points = std::max(1, static_cast<int>(std::ceil(options.shell_inner_area_mm2 * per_mm2)));

@@ -13,7 +13,7 @@
 namespace handhold {
 
 enum class Method {
-  kDefault,  ///< the best we know
+  kDefault,  ///< the best we know; at present the paper's conditions
   kPaper,    ///< the paper's conditions, one radius, full shell
 };
 /// How samples are placed (paper, section 3.4).
@@ -69,7 +69,7 @@ struct Options {
   double handle_gap = 0.015;        ///< m; a longer stretch without affordances along the axis ends a handle
   int handle_min_affordances = 3;   ///< aligned affordances that a handle needs, >= 1
   double handle_min_length = 0.02;  ///< m; extent along the axis that a handle needs
-  double min_confidence = 0.5;      ///< 0..1; handles below it are left out
+  double min_confidence = 0.5;  ///< 0..1; handles below it are left out; up to 0.5 keeps all that meet the minima above
   // Running
   int threads = 0;  ///< 0: the caller's TBB arena as it is; otherwise an arena of that many, or
                     ///< of as many as tbb::global_control allows when the localizer is made
@@ -98,7 +98,8 @@ struct OptionInfo {
 /// field's own type (int, double, std::uint64_t, std::optional<double>, std::vector<double>, enum, ...).
 template <class O, class Visitor>
 void visit_options(O& o, Visitor&& visit) {
-  visit(o.method, OptionInfo{"method", "", "'paper': the paper's conditions; 'default': the best we know"});
+  visit(o.method,
+        OptionInfo{"method", "", "'paper': the paper's conditions; 'default': the best we know (at present the same)"});
   visit(o.samples, OptionInfo{"samples", "", "neighbourhoods to look at (1 to 10000000)"});
   visit(o.strategy, OptionInfo{"strategy", "", "sampling: 'uniform', 'sum' or 'max'"});
   visit(o.seed, OptionInfo{"seed", "", "seed of the random numbers: same seed, same result"});

@@ -14,8 +14,8 @@ namespace handhold {
 enum class Status {
   kOk,               ///< the cloud was searched; there may still be no handles
   kEmpty,            ///< the cloud has no points
-  kNoFinitePoints,   ///< every point has a coordinate that is NaN or infinite
-  kTooFewPoints,     ///< fewer finite points than one fit needs (Options::min_neighbours)
+  kNoFinitePoints,   ///< every point has a coordinate that is NaN, infinite or beyond 1e6 m
+  kTooFewPoints,     ///< fewer finite points than one fit needs (Options::min_neighbours), or none in the workspace
   kSuspiciousUnits,  ///< the cloud is over 100 m wide: probably millimetres
 };
 /// "ok", "empty", "no_finite_points", "too_few_points", "suspicious_units"
@@ -48,8 +48,8 @@ struct Handle {
 struct Funnel {
   std::int64_t samples = 0;         ///< neighbourhoods looked at
   std::int64_t too_few_points = 0;  ///< fewer neighbours than Options::min_neighbours
-  std::int64_t flat = 0;            ///< points on a plane, a line or in one place: no quadric
-  std::int64_t curvature_low = 0;   ///< radius of curvature beyond Options::reach
+  std::int64_t flat = 0;            ///< points exactly on a plane, a line or in one place: no quadric
+  std::int64_t curvature_low = 0;   ///< radius of curvature beyond Options::reach, or flat within the noise
   std::int64_t circle_wide = 0;     ///< fitted circle wider than the hand's aperture
   std::int64_t circle_narrow = 0;   ///< fitted circle narrower than the hand's minimum opening
   std::int64_t no_gap = 0;          ///< no shell with an empty gap for the fingers
@@ -59,7 +59,7 @@ struct Funnel {
   std::int64_t not_aligned = 0;     ///< in no group of Options::handle_min_affordances aligned ones
   std::int64_t too_short = 0;       ///< in a group shorter than Options::handle_min_length
   std::int64_t low_confidence = 0;  ///< in a handle below Options::min_confidence
-  std::int64_t in_handles = 0;      ///< in a reported handle
+  std::int64_t in_handles = 0;      ///< in a reported handle, or askew on its part
 };
 
 /// Wall-clock time of each step of one frame (ms). Steps that run in parallel are measured as their share of the
