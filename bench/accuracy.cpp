@@ -1,7 +1,8 @@
 // How accurate the fit is on a real cloud: handhold_accuracy CLOUD... [--samples N] [--radius M]
 //
-// Two questions, each over neighbourhoods whose axis is well defined (second eigenvalue at least 1.05 times the first,
-// and the smaller curvature at most half the larger):
+// Three questions, each over neighbourhoods whose axis is well defined (second eigenvalue at least 1.05 times the
+// first, and the smaller curvature at most half the larger):
+//   vector  from the same double-precision moments, the kernel's ten coefficients against a solution in long double
 //   solve   from the same double-precision moments, the kernel's axis against a solution in long double
 //   points  from the points, the float sums' axis against that of double sums
 #include <CLI/CLI.hpp>
@@ -67,7 +68,7 @@ void measure(const std::string& path, int samples, float radius) {
   scratch = std::align(64, space - 64, scratch, space);
   std::vector<float> x(static_cast<std::size_t>(tiles.blocks()) * 256 + 16), y(x.size()), z(x.size());
 
-  Errors solve, points;
+  Errors solve, points, coefficients;
   std::size_t fitted = 0;
   CandidateList near;
   auto from_double = std::make_unique<kernels::FitBatch>(), from_float = std::make_unique<kernels::FitBatch>();
@@ -101,7 +102,8 @@ void measure(const std::string& path, int samples, float radius) {
     const auto at_foot = reference::principal_curvatures(
         truth.coefficients,
         reference::foot(truth.coefficients, reference::Vector3<long double>(reference::Vector3<long double>::Zero())));
-    if (!(truth.next_lambda >= 1.05L * truth.lambda) || !(std::abs(at_foot.minor) <= std::abs(at_foot.major) / 2))
+    if (!(truth.next_lambda >= 1.05L * truth.lambda) || !(std::abs(at_foot.minor) <= std::abs(at_foot.major) / 2) ||
+        !(std::abs(at_foot.major) >= 1e-3L))
       continue;
     for (std::size_t lane = 0; lane < kernels::kBatch; ++lane) {
       for (int j = 0; j < kernels::kMoments; ++j) {
@@ -110,11 +112,30 @@ void measure(const std::string& path, int samples, float radius) {
       }
     }
     for (kernels::FitBatch* batch : {from_double.get(), from_float.get()}) k.taubin(*batch), k.curvature(*batch);
+    Eigen::Matrix<double, 10, 1> ours;
+    for (int j = 0; j < 10; ++j) ours[j] = from_double->coefficients[j][0];
+    const Eigen::Matrix<double, 10, 1> true_c = truth.coefficients.cast<double>();
+    const Eigen::Matrix<double, 10, 1> across =
+        ours.normalized() - ours.normalized().dot(true_c.normalized()) * true_c.normalized();
+    coefficients.values.push_back(std::asin(std::min(1.0, across.norm())) * 57.29577951308232);
     const Eigen::Vector3d axis = at_foot.minor_direction.cast<double>();
+    if (degrees_between(lane_axis(*from_double, 0), axis) > 1e-4) {
+      std::printf(
+          "  outlier: lambda ratio %.4f, coefficients off by %.1e degrees, gradient at the sample %.1e, at its foot "
+          "%.1e\n",
+          static_cast<double>(truth.next_lambda / truth.lambda), coefficients.values.back(),
+          static_cast<double>(truth.coefficients.segment<3>(6).norm()),
+          static_cast<double>(
+              reference::quadric_gradient(
+                  truth.coefficients, reference::foot(truth.coefficients, reference::Vector3<long double>(
+                                                                              reference::Vector3<long double>::Zero())))
+                  .norm()));
+    }
     solve.values.push_back(degrees_between(lane_axis(*from_double, 0), axis));
     points.values.push_back(degrees_between(lane_axis(*from_float, 0), axis));
   }
   std::printf("%s (%s)\n", name.c_str(), k.name);
+  coefficients.print("vector", fitted);
   solve.print("solve", fitted);
   points.print("points", fitted);
 }
