@@ -129,7 +129,7 @@ void Options::validate() const {
   }
   if (radius.empty()) fail("radius", "nothing", "one or more radii in m");
   if (radius.size() > 8) fail("radius", std::to_string(radius.size()) + " values", "at most 8 radii");
-  for (const double r : radius) in_range("radius", r, 1e-4, 1, "m");
+  for (const double r : radius) positive("radius", r, 1, "m");
   if (method == Method::kPaper && radius.size() != 1) {
     fail("radius", std::to_string(radius.size()) + " values", "one radius with method 'paper'");
   }
