@@ -309,9 +309,11 @@ void run_classic_fit(benchmark::State& state) {
 
 void run_classic_curvature(benchmark::State& state) {
   ClassicScene scene;
-  const auto quadric = baseline::fit_quadric(*scene.cloud, scene.search.find(scene.sample, 0.025), scene.sample, 0.025);
+  const std::vector<int>& neighbours = scene.search.find(scene.sample, 0.025);
+  const auto quadric = baseline::fit_quadric(*scene.cloud, neighbours, scene.sample, 0.025);
   for (auto _ : state) {
-    auto curvature = baseline::estimate_curvature(quadric);
+    auto curvature = baseline::estimate_curvature(quadric, *scene.cloud, neighbours, scene.sample, 0.025,
+                                                  baseline::CurvaturePoints::kRandom);
     benchmark::DoNotOptimize(curvature);
   }
   state.counters["per_solve"] = each(1);

@@ -155,6 +155,14 @@ using D8 = Vec<double, 8>;
 using D16 = Vec<double, 16>;
 using M16 = Mask<float, 16>;
 
+#if !defined(HANDHOLD_ISA_AVX512)
+/// a + b where m is set, elsewhere a (which must not be -0).
+template <class T, int W>
+LANE_FN Vec<T, W> add_where(Mask<T, W> m, Vec<T, W> a, Vec<T, W> b) {
+  return a + select(m, b, Vec<T, W>(T(0)));
+}
+#endif
+
 template <class T, int W>
 LANE_FN Mask<T, W> invert(Mask<T, W> m) {
   return ~m;

@@ -50,6 +50,7 @@ struct Vec<float, 16> {
   friend LANE_FN M operator>(Vec a, Vec b) { return {_mm512_cmp_ps_mask(a.v, b.v, _CMP_GT_OQ)}; }
   friend LANE_FN M operator>=(Vec a, Vec b) { return {_mm512_cmp_ps_mask(a.v, b.v, _CMP_GE_OQ)}; }
   friend LANE_FN Vec select(M m, Vec a, Vec b) { return _mm512_mask_mov_ps(b.v, m.m, a.v); }
+  friend LANE_FN Vec add_where(M m, Vec a, Vec b) { return _mm512_mask_add_ps(a.v, m.m, a.v, b.v); }
   friend LANE_FN float reduce_add(Vec a) {
     const __m256 b = _mm256_add_ps(_mm512_castps512_ps256(a.v), _mm512_extractf32x8_ps(a.v, 1));
     const __m128 c = _mm_add_ps(_mm256_castps256_ps128(b), _mm256_extractf128_ps(b, 1));

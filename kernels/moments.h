@@ -64,17 +64,16 @@ LANE_FN void add_tile_sums(const kernels::Tiles& tiles, const kernels::Candidate
     const float* t = tiles.sums + static_cast<std::size_t>(blocks[i]) * 160;
     const F16 x = F16::load(t + 16) - ball.x, y = F16::load(t + 32) - ball.y, z = F16::load(t + 48) - ball.z;
     const M16 in = squared_norm(x, y, z) <= ball.r2;
+    // Nothing is infinite here: an empty tile has the mean kFar and no points, and 0 * kFar is 0.
     const F16 w = select(in, F16::load(t), zero);
-    // An empty tile's mean is kFar: its products must not reach the sums as 0 * infinity.
-    const F16 xi = select(in, x, zero), yi = select(in, y, zero), zi = select(in, z, zero);
-    const F16 wx = w * xi, wy = w * yi, wz = w * zi;
+    const F16 wx = w * x, wy = w * y, wz = w * z;
     s[0] = s[0] + w, s[1] = s[1] + wx, s[2] = s[2] + wy, s[3] = s[3] + wz;
-    s[4] = fma(wx, xi, s[4]) + select(in, F16::load(t + 64), zero);
-    s[5] = fma(wx, yi, s[5]) + select(in, F16::load(t + 80), zero);
-    s[6] = fma(wx, zi, s[6]) + select(in, F16::load(t + 96), zero);
-    s[7] = fma(wy, yi, s[7]) + select(in, F16::load(t + 112), zero);
-    s[8] = fma(wy, zi, s[8]) + select(in, F16::load(t + 128), zero);
-    s[9] = fma(wz, zi, s[9]) + select(in, F16::load(t + 144), zero);
+    s[4] = add_where(in, fma(wx, x, s[4]), F16::load(t + 64));
+    s[5] = add_where(in, fma(wx, y, s[5]), F16::load(t + 80));
+    s[6] = add_where(in, fma(wx, z, s[6]), F16::load(t + 96));
+    s[7] = add_where(in, fma(wy, y, s[7]), F16::load(t + 112));
+    s[8] = add_where(in, fma(wy, z, s[8]), F16::load(t + 128));
+    s[9] = add_where(in, fma(wz, z, s[9]), F16::load(t + 144));
   }
 #pragma GCC unroll 10
   for (int i = 0; i < 10; ++i) s[i].store(m.rows[i]);
@@ -302,6 +301,8 @@ LANE_FN void neighbourhood_moments(const kernels::Tiles& tiles, const kernels::C
   const std::size_t capacity = static_cast<std::size_t>(candidates.padded) + 16;
   std::uint32_t* const boundary = lists + kSubBatch * capacity;
   std::uint32_t* const inside = boundary + 16 * capacity;
+  kernels::Moments* summed[kSubBatch];  // they wait until as many are there as can be finished at once
+  int n_summed = 0;
   for (std::int32_t first = 0; first < batch.n; first += kSubBatch) {
     const int n = batch.n - first < kSubBatch ? batch.n - first : kSubBatch;
     for (int k = 0; k < 10; ++k) F16(0.0f).store(m.sums[k]);
@@ -311,9 +312,6 @@ LANE_FN void neighbourhood_moments(const kernels::Tiles& tiles, const kernels::C
                     lists + capacity * static_cast<std::size_t>(i), m);
     }
     rough_planes(m, batch.radius);
-
-    kernels::Moments* summed[kSubBatch];
-    int n_summed = 0;
     for (int i = 0; i < n; ++i) {
       kernels::Moments& to = out[first + i];
       const float* c = batch.centre + 3 * (first + i);
@@ -347,9 +345,13 @@ LANE_FN void neighbourhood_moments(const kernels::Tiles& tiles, const kernels::C
       to.R_frame_cloud[u] = to.R_frame_cloud[3 + v] = to.R_frame_cloud[6 + w] = 1.0;
       m.shear[0][n_summed] = static_cast<double>(frame.a), m.shear[1][n_summed] = static_cast<double>(frame.b);
       summed[n_summed++] = &to;
+      if (n_summed == kSubBatch) {
+        finish_moments(m, n_summed, batch.radius, summed);
+        n_summed = 0;
+      }
     }
-    if (n_summed) finish_moments(m, n_summed, batch.radius, summed);
   }
+  if (n_summed) finish_moments(m, n_summed, batch.radius, summed);
 }
 
 }  // namespace handhold::HANDHOLD_LANE

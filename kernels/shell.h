@@ -47,6 +47,22 @@ LANE_FN float largest_below(Rho2 rho2, float high) {
   return reduce_max(best);
 }
 
+/// Values that a selection may copy together before it bisects them.
+inline constexpr std::int32_t kNear = 1024;
+
+/// The `n` values in the open interval (low, high), copied to `near` (kNear + 16 floats); all of them when they are
+/// more than fit there. A selection within the interval finds the same among either.
+LANE_FN Rho2 between(Rho2 rho2, float low, float high, std::int32_t n, float* near) {
+  if (n > kNear) return rho2;
+  std::int32_t at = 0;
+  for (std::int32_t i = 0; i < rho2.n; i += 16) {
+    const F16 v = F16::load(rho2.value + i);
+    at += compress_store(near + at, (v > F16(low)) & (v < F16(high)), v);
+  }
+  F16(kernels::kFar).storeu(near + at);
+  return {near, at};
+}
+
 /// The j-th largest value in the open interval (low, high), which holds at least j >= 1 of them. Bisection on the
 /// value.
 LANE_FN float jth_largest(Rho2 rho2, float low, float high, std::int32_t j) {
@@ -85,11 +101,13 @@ LANE_FN float jth_smallest(Rho2 rho2, float low, float high, std::int32_t j) {
 
 /// Smallest squared radius >= r2 with at most k points in its gap; negative when it would exceed `max2`.
 LANE_FN float find_gap(Rho2 rho2, float r2, float gap, float max2, std::int32_t k) {
+  alignas(64) float near[kNear + 16];
   while (r2 <= max2) {
     const float outer = sqrt(r2) + gap;
     const float outer2 = outer * outer;
-    if (count_between(rho2, r2, outer2) <= k) return r2;
-    r2 = jth_largest(rho2, r2, outer2, k + 1);
+    const std::int32_t n = count_between(rho2, r2, outer2);
+    if (n <= k) return r2;
+    r2 = jth_largest(between(rho2, r2, outer2, n, near), r2, outer2, k + 1);
   }
   return -1.0f;
 }
@@ -116,8 +134,12 @@ LANE_FN void shell_from(Rho2 rho2, float r2, const kernels::ShellQuery& q, kerne
   const float outer = result.radius + q.gap, limit = q.max_radius + q.gap;
   result.gap_points = count_between(rho2, r2, outer * outer);
   const std::int32_t beyond = count_between(rho2, r2, limit * limit);
-  result.free_to =
-      beyond <= q.max_gap_points ? limit : sqrt(jth_smallest(rho2, r2, limit * limit, q.max_gap_points + 1));
+  result.free_to = limit;
+  if (beyond > q.max_gap_points) {
+    alignas(64) float near[kNear + 16];
+    const Rho2 outside = between(rho2, r2, limit * limit, beyond, near);
+    result.free_to = sqrt(jth_smallest(outside, r2, limit * limit, q.max_gap_points + 1));
+  }
 }
 
 /// kernels::Kernels::shell_gap

@@ -122,7 +122,8 @@ Result localize(const CloudView& view, const Options& options, const std::vector
     out.outcome = Outcome::kFlat;
     if (quadric.flat) continue;
 
-    const Curvature curvature = estimate_curvature(quadric);
+    const Curvature curvature = 
+        estimate_curvature(quadric, *cloud, neighbours, sample, radius, settings.curvature_points);
     clock.lap(seconds.curvature);
     out.affordance.curvature = curvature.median / radius;
     out.outcome = Outcome::kCurvatureLow;

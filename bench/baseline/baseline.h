@@ -22,8 +22,15 @@ enum class Search {
   kOrganized,  ///< pcl::search::OrganizedNeighbor; organized clouds whose projection PCL can recover
 };
 
+/// Where the curvature is looked at; the median counts.
+enum class CurvaturePoints {
+  kRandom,  ///< fifty neighbours brought to the surface: the paper's "several", as many as the published code takes
+  kFixed,   ///< the engine's nine points, for comparing decisions: a random choice decides otherwise near the limit
+};
+
 struct Settings {
   Search search = Search::kKdTree;
+  CurvaturePoints curvature_points = CurvaturePoints::kRandom;
   double shell_step = 0.001;  ///< m; of the radius in the search for a gap, above 0
 };
 

@@ -8,6 +8,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <random>
 
 #include "baseline/stages.h"
 
@@ -79,6 +80,9 @@ bool is_flat(const Matrix10& N) {
   return false;
 }
 
+constexpr int kRandomPoints = 50;
+constexpr int kFixedPoints = 9;
+
 // Value, gradient and Hessian of the quadric.
 struct Surface {
   explicit Surface(const Vector10& c) : linear(c.segment<3>(6)), constant(c[9]) {
@@ -101,28 +105,28 @@ struct Surface {
   double constant;
 };
 
+// Principal curvatures and directions: the paper's dense 3x3 eigenproblem of (I - N N^T) grad N. It is solved in its
+// symmetric form P H P / |g|, which has the same curvatures and the same directions in the tangent plane; the general
+// solver that the matrix as printed needs takes about twice as long.
 struct PrincipalCurvature {
-  Eigen::Vector3d normal, least, most;  // `least` and `most`: directions of least and largest absolute curvature
-  double largest = 0;                   // absolute
-};
+  PrincipalCurvature(const Surface& surface, const Eigen::Vector3d& y, int options) {
+    const Eigen::Vector3d g = surface.hessian * y + surface.linear;
+    const double length = g.norm();
+    normal = length > 0 ? Eigen::Vector3d(g / length) : Eigen::Vector3d::UnitZ();
+    const Eigen::Matrix3d P = Eigen::Matrix3d::Identity() - normal * normal.transpose();
+    const Eigen::Matrix3d shape = P * surface.hessian * P / (length > 0 ? length : 1.0);
+    solver.compute(shape, options);
+  }
+  double largest() const { return solver.eigenvalues().cwiseAbs().maxCoeff(); }
+  Eigen::Vector3d direction_of_largest() const {
+    Eigen::Index which;
+    solver.eigenvalues().cwiseAbs().maxCoeff(&which);
+    return solver.eigenvectors().col(which);
+  }
 
-PrincipalCurvature principal_curvature(const Surface& surface, const Eigen::Vector3d& y) {
-  const Eigen::Vector3d g = surface.hessian * y + surface.linear;
-  const double length = g.norm();
-  PrincipalCurvature result;
-  result.normal = length > 0 ? Eigen::Vector3d(g / length) : Eigen::Vector3d::UnitZ();
-  Eigen::Matrix<double, 3, 2> T;  // tangent basis
-  T.col(0) = result.normal.unitOrthogonal();
-  T.col(1) = result.normal.cross(T.col(0));
-  const Eigen::Matrix2d shape = T.transpose() * surface.hessian * T / (length > 0 ? length : 1.0);
-  Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> solver;
-  solver.computeDirect(shape);
-  const bool first_is_most = std::abs(solver.eigenvalues()[0]) > std::abs(solver.eigenvalues()[1]);
-  result.most = T * solver.eigenvectors().col(first_is_most ? 0 : 1);
-  result.least = T * solver.eigenvectors().col(first_is_most ? 1 : 0);
-  result.largest = std::abs(solver.eigenvalues()[first_is_most ? 0 : 1]);
-  return result;
-}
+  Eigen::Vector3d normal;
+  Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver;
+};
 
 }  // namespace
 
@@ -136,6 +140,7 @@ Quadric fit_quadric(const PclCloud& cloud, const std::vector<int>& neighbours, c
     quadric.flat = true;
     return quadric;
   }
+
   quadric.mean = M.block<3, 1>(6, 9);
   quadric.covariance = M.block<3, 3>(6, 6) - quadric.mean * quadric.mean.transpose();
 
@@ -166,25 +171,38 @@ Quadric fit_quadric(const PclCloud& cloud, const std::vector<int>& neighbours, c
   return quadric;
 }
 
-Curvature estimate_curvature(const Quadric& quadric) {
+Curvature estimate_curvature(const Quadric& quadric, const PclCloud& cloud, const std::vector<int>& neighbours,
+                             const Eigen::Vector3f& sample, double radius, CurvaturePoints points) {
   const Surface surface(quadric.c);
-  const Eigen::Vector3d q = surface.foot(Eigen::Vector3d::Zero());
-  const PrincipalCurvature centre = principal_curvature(surface, q);
+  const Eigen::Vector3d foot = surface.foot(Eigen::Vector3d::Zero());
+  const PrincipalCurvature there(surface, foot, Eigen::ComputeEigenvectors);
+  // Of the three directions one is the normal. Of the other two, the axis is the one across the larger curvature.
+  const Eigen::Vector3d most = there.direction_of_largest();
+  const Eigen::Vector3d least = most.cross(there.normal).normalized();
 
-  // Nine points spread as the neighbourhood is: 1.2 standard deviations along both principal directions at the sample's
-  // foot.
-  const auto spread = [&](const Eigen::Vector3d& direction) {
-    return Eigen::Vector3d(1.2 * std::sqrt(std::max(0.0, direction.dot(quadric.covariance * direction))) * direction);
+  std::array<double, std::max(kRandomPoints, kFixedPoints)> largest;
+  int n = 0;
+  const auto look_at = [&](const Eigen::Vector3d& y) {
+    largest[n++] = PrincipalCurvature(surface, surface.foot(y), Eigen::EigenvaluesOnly).largest();
   };
-  const Eigen::Vector3d a = spread(centre.least);
-  const Eigen::Vector3d b = spread(centre.most);
-  std::array<double, 9> largest;
-  for (int i = 0; i < 3; ++i)
-    for (int j = 0; j < 3; ++j)
-      largest[3 * i + j] = principal_curvature(surface, surface.foot(q + (i - 1) * a + (j - 1) * b)).largest;
-  std::nth_element(largest.begin(), largest.begin() + 4, largest.end());
-
-  return {centre.least, centre.normal, largest[4]};
+  if (points == CurvaturePoints::kRandom) {
+    std::minstd_rand random(static_cast<std::uint32_t>(neighbours.size()));  // the same sample, the same points
+    while (n < kRandomPoints) {
+      const pcl::PointXYZ& p = cloud[neighbours[random() % neighbours.size()]];
+      look_at((p.getVector3fMap() - sample).cast<double>() / radius);
+    }
+  } else {
+    // Spread as the neighbourhood is: 1.2 standard deviations along both principal directions at the sample's foot.
+    const auto spread = [&](const Eigen::Vector3d& direction) {
+      return Eigen::Vector3d(1.2 * std::sqrt(std::max(0.0, direction.dot(quadric.covariance * direction))) * direction);
+    };
+    const Eigen::Vector3d a = spread(least), b = spread(most);
+    for (int i = -1; i <= 1; ++i)
+      for (int j = -1; j <= 1; ++j) look_at(foot + i * a + j * b);
+  }
+  const auto middle = largest.begin() + n / 2;
+  std::nth_element(largest.begin(), middle, largest.begin() + n);
+  return {least, there.normal, *middle};
 }
 
 Circle fit_circle(const PclCloud& cloud, const std::vector<int>& neighbours, const Eigen::Vector3f& sample,

@@ -44,13 +44,15 @@ struct Quadric {
 Quadric fit_quadric(const PclCloud& cloud, const std::vector<int>& neighbours, const Eigen::Vector3f& sample,
                     double radius);
 
-/// At the sample's foot on the surface, and over the neighbourhood. Units: 1 / radius of the ball.
+/// At the sample's foot on the surface, and over the neighbourhood. Curvature in 1 / radius of the ball.
 struct Curvature {
   Eigen::Vector3d axis;    ///< unit; tangent direction of least absolute curvature
   Eigen::Vector3d normal;  ///< unit; sign as the gradient
-  double median = 0;       ///< of the larger absolute curvature at nine points
+  double median = 0;       ///< of the larger absolute curvature
 };
-Curvature estimate_curvature(const Quadric& quadric);
+/// Dense 3x3 eigenproblems (paper, section 3.1); the quadric must not be flat.
+Curvature estimate_curvature(const Quadric& quadric, const PclCloud& cloud, const std::vector<int>& neighbours,
+                             const Eigen::Vector3f& sample, double radius, CurvaturePoints points);
 
 struct Circle {
   Eigen::Vector3d center;  ///< m; point of the circle's axis in the plane through the sample

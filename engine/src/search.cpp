@@ -114,24 +114,31 @@ StepSeconds Search::seconds() const {
 void Search::sort_samples(const float* xyz, std::uint32_t n) {
   const float *low = tiles_->robust_low(), *high = tiles_->robust_high();
   const float cell = std::max(0.0125f, std::max({high[0] - low[0], high[1] - low[1], high[2] - low[2]}) / 120.0f);
+  const float per_cell = 1.0f / cell;
   keys_.require(n);
   other_keys_.require(n);
-  for (std::uint32_t i = 0; i < n; ++i) {
-    std::uint32_t c[3];
-    for (int k = 0; k < 3; ++k) {
-      c[k] = static_cast<std::uint32_t>(
-          std::clamp((xyz[3 * i + static_cast<std::uint32_t>(k)] - low[k]) / cell + 3.0f, 0.0f, 127.0f));
-    }
-    keys_[i] = morton3(c[0], c[1], c[2]) << 32 | i;
-  }
-  const std::uint64_t* sorted = radix_sort(keys_.data(), other_keys_.data(), n, 32, 21);
   sorted_.require(3 * static_cast<std::size_t>(n));
   number_.require(n);
-  for (std::uint32_t i = 0; i < n; ++i) {
-    const auto from = static_cast<std::uint32_t>(sorted[i]);
-    number_[i] = from;
-    std::memcpy(&sorted_[3 * static_cast<std::size_t>(i)], xyz + 3 * static_cast<std::size_t>(from), 3 * sizeof(float));
-  }
+  const tbb::blocked_range<std::uint32_t> all(0, n, 2048);
+  tbb::parallel_for(all, [&](const auto& range) {
+    for (std::uint32_t i = range.begin(); i < range.end(); ++i) {
+      const float* p = xyz + 3 * static_cast<std::size_t>(i);
+      std::uint32_t c[3];
+      for (int k = 0; k < 3; ++k) {
+        c[k] = static_cast<std::uint32_t>(std::clamp((p[k] - low[k]) * per_cell + 3.0f, 0.0f, 127.0f));
+      }
+      keys_[i] = morton3(c[0], c[1], c[2]) << 32 | i;
+    }
+  });
+  const std::uint64_t* sorted = radix_sort(keys_.data(), other_keys_.data(), n, 32, 21);
+  tbb::parallel_for(all, [&](const auto& range) {
+    for (std::uint32_t i = range.begin(); i < range.end(); ++i) {
+      const auto from = static_cast<std::uint32_t>(sorted[i]);
+      number_[i] = from;
+      std::memcpy(&sorted_[3 * static_cast<std::size_t>(i)], xyz + 3 * static_cast<std::size_t>(from),
+                  3 * sizeof(float));
+    }
+  });
 }
 
 /// Runs of at most 64 samples whose box stays within four times the largest radius.

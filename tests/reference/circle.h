@@ -4,7 +4,6 @@
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
-#include <Eigen/LU>
 #include <cmath>
 #include <limits>
 
@@ -21,29 +20,6 @@ struct Circle {
 inline constexpr double kSingularScatter = 1e-12;
 
 /// Fits a circle to points in any unit, relative to the sample; `axis` is unit.
-inline Circle fit_circle(const Points& points, const Vector3d& axis) {
-  Circle circle;
-  if (points.empty()) return circle;
-  const Vector3d u = axis.unitOrthogonal();
-  const Vector3d v = axis.cross(u);
-  Eigen::Vector2d mean = Eigen::Vector2d::Zero();
-  for (const Vector3d& p : points) mean += Eigen::Vector2d(u.dot(p), v.dot(p)) / static_cast<double>(points.size());
-
-  Eigen::Matrix2d scatter = Eigen::Matrix2d::Zero();
-  Eigen::Vector2d skew = Eigen::Vector2d::Zero();  // sum of q |q|^2
-  double mean_square = 0;
-  for (const Vector3d& p : points) {
-    const Eigen::Vector2d q = Eigen::Vector2d(u.dot(p), v.dot(p)) - mean;
-    scatter += q * q.transpose();
-    skew += q * q.squaredNorm();
-    mean_square += q.squaredNorm() / static_cast<double>(points.size());
-  }
-  if (!(scatter.determinant() > kSingularScatter * scatter.trace() * scatter.trace())) return circle;
-  const Eigen::Vector2d offset = scatter.inverse() * skew / 2;  // of the centre from the mean
-  const Eigen::Vector2d centre = mean + offset;
-  circle.centre = centre.x() * u + centre.y() * v;
-  circle.radius = std::sqrt(offset.squaredNorm() + mean_square);
-  return circle;
-}
+Circle fit_circle(const Points& points, const Vector3d& axis);
 
 }  // namespace handhold::reference

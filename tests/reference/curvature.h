@@ -117,4 +117,12 @@ Curvature<T> curvature(const QuadricVector<T>& c, const MomentSums<T>& sums) {
   return result;
 }
 
+#define HANDHOLD_CURVATURE_INSTANCES(PREFIX, T)                                                            \
+  PREFIX template Vector3<T> foot(const QuadricVector<T>&, Vector3<T>);                                    \
+  PREFIX template PrincipalCurvatures<T> principal_curvatures(const QuadricVector<T>&, const Vector3<T>&); \
+  PREFIX template std::array<Vector3<T>, 9> nine_points(const QuadricVector<T>&, const MomentSums<T>&);    \
+  PREFIX template Curvature<T> curvature(const QuadricVector<T>&, const MomentSums<T>&);
+HANDHOLD_CURVATURE_INSTANCES(extern, double)
+HANDHOLD_CURVATURE_INSTANCES(extern, long double)
+
 }  // namespace handhold::reference

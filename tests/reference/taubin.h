@@ -113,4 +113,12 @@ Quadric<T> fit_quadric(const MomentSums<T>& sums) {
   return fit;
 }
 
+// Eigen's solvers take most of a minute to compile: instances.cpp does so once for all tests.
+#define HANDHOLD_TAUBIN_INSTANCES(PREFIX, T)                             \
+  PREFIX template TaubinProblem<T> taubin_problem(const MomentSums<T>&); \
+  PREFIX template T smallest_pivot(const Eigen::Matrix<T, 9, 9>&);       \
+  PREFIX template Quadric<T> fit_quadric(const MomentSums<T>&);
+HANDHOLD_TAUBIN_INSTANCES(extern, double)
+HANDHOLD_TAUBIN_INSTANCES(extern, long double)
+
 }  // namespace handhold::reference
