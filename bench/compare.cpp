@@ -181,7 +181,7 @@ void compare_on(const std::string& path, int count, int repeat, int threads, bas
   fixed.curvature_points = baseline::CurvaturePoints::kFixed;
   const baseline::Result classic = baseline::localize(cloud.view(), options, samples, fixed);
   std::printf("%s: %zu points, %u x %u, %d samples, radius %.1f mm, baseline by %s\n", name.c_str(), cloud.size(),
-              cloud.width, cloud.height, count, 1e3 * options.radius.front(),
+              cloud.width, cloud.height, count, 1e3 * options.effective_radius().front(),
               settings.search == baseline::Search::kKdTree ? "pcl kd-tree" : "pcl organized search");
   const std::vector<baseline::SampleResult> found = by_sample(steps, result);
   print_agreement(compare(found, classic.samples));

@@ -123,6 +123,25 @@ struct ShellResult {
   std::int32_t gap_points;    ///< points in (radius, radius + gap)
 };
 
+// ---- Cylinder -----------------------------------------------------------------------------------------------------
+
+/// A cylinder in the frame and unit of the points; axis, t1 and t2 are unit vectors at right angles.
+struct CylinderQuery {
+  float point[3];  ///< of the axis
+  float axis[3], t1[3], t2[3];
+  float radius;
+  float sigma;  ///< > 0; distances beyond two of these weigh less
+  float arm;    ///< > 0; tilts are displacements at this distance along the axis
+};
+/// Sums over the points, with weights w, residuals e = (distance from the axis - radius) / sigma and, for each point,
+/// a = sigma * de/d(unknowns), negated: (e1, e2, h e1, h e2, 1).
+struct CylinderEquations {
+  float A[15];   ///< lower triangle, by rows, of the sum of w a a^T
+  float b[5];    ///< sum of w e a
+  float cost;    ///< sum of Huber's function: e^2 up to 2, then 4 |e| - 4
+  float square;  ///< sum of squared distances from the surface
+};
+
 // ---- Alignment ----------------------------------------------------------------------------------------------------
 
 /// Affordances as structure of arrays, `padded` entries each (a multiple of 16; padding has x = NaN).
@@ -169,6 +188,11 @@ struct Kernels {
   /// The same on radii alone: rho2[n] are squared distances to the axis of the points within the width (m^2), padded to
   /// a multiple of 16 with kFar.
   void (*shell_gap)(const float* rho2, std::int32_t n, const ShellQuery& query, ShellResult& result);
+
+  /// Normal equations of the geometric fit of a cylinder to n points (unaligned arrays; 15 floats behind the last one
+  /// are read and ignored).
+  void (*cylinder)(const float* x, const float* y, const float* z, std::int32_t n, const CylinderQuery& query,
+                   CylinderEquations& equations);
 
   /// Row i of the alignment relation (paper, section 3.3): bit j of `row` ((padded + 31) / 32 words) is set when i and
   /// j are aligned both ways. Bit i itself is set.

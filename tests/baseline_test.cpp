@@ -158,7 +158,7 @@ TEST(Baseline, AgreesWithTheReference) {
     const bool past_curvature = expected.step > reference::Step::kCurvatureLow;
     ASSERT_EQ(actual.outcome > baseline::Outcome::kCurvatureLow, past_curvature) << i;
     ASSERT_GE(expected.neighbours, options.min_neighbours) << i;
-    EXPECT_NEAR(actual.affordance.curvature, expected.curvature.median / options.radius.front(), 1e-5) << i;
+    EXPECT_NEAR(actual.affordance.curvature, expected.curvature.median / options.effective_radius().front(), 1e-5) << i;
     if (!past_curvature) continue;
     EXPECT_NEAR(actual.affordance.radius, expected.circle.radius, 1e-8) << i;
     EXPECT_LT((eigen(actual.affordance.center) - sample - expected.circle.centre).norm(), 1e-8) << i;

@@ -355,7 +355,7 @@ TEST(LocalizeSamples, AgreesWithTheReference) {
         // Neighbourhoods flatter than any cylinder that the hand can hold end before their points are summed; the
         // reference lets them go on to a later refusal.
         // A cylinder of diameter D = aperture that a ball of radius R cuts leaves R^2 / (4 D) about its plane.
-        const double radius = options.radius.front();
+        const double radius = options.effective_radius().front();
         const bool flat =
             distance_from_plane(cloud.points, sample, radius) < radius * radius / (4 * options.hand_aperture);
         if (steps[i] == Step::kCurvatureLow && flat && expected.step != reference::Step::kAffordance) continue;

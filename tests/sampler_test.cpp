@@ -291,7 +291,7 @@ Sample expected_proposal(const Scene& scene, const Options& options, const Sampl
     const Sampler::Draw d = sampler.draw(round, i, attempt);
     if (!d.accepted) continue;
     const Vector3d at(d.position[0], d.position[1], d.position[2]);
-    double best = options.radius.front();
+    double best = options.effective_radius().front();
     const Vector3f* nearest = nullptr;
     for (const Vector3f& p : scene.measured) {
       const double distance = (p.cast<double>() - at).norm();

@@ -93,7 +93,7 @@ double algebraic_error(const FloatPoints& cylinder, double radius) {
   const Vector3d sample(radius, 0, 0);
   std::vector<Vector3d> neighbourhood;
   for (const Vector3d& p : test::to_double(cylinder)) {
-    if ((p - sample).norm() <= Options().radius.front()) neighbourhood.push_back(p - sample);
+    if ((p - sample).norm() <= Options().effective_radius().front()) neighbourhood.push_back(p - sample);
   }
   return std::abs(reference::fit_circle(neighbourhood, Vector3d::UnitZ()).radius - radius);
 }

@@ -53,7 +53,7 @@ Eigen::Vector3d outward_normal(const CloudView& cloud, const Eigen::Vector3f& sa
 
 ShellLimits shell_limits(const CloudView& cloud, const Options& options, const Eigen::Vector3f& sample,
                          std::size_t neighbours, double circle_radius) {
-  const double radius = options.radius.front();
+  const double radius = options.effective_radius().front();
   const double density = static_cast<double>(neighbours) / (M_PI * radius * radius);  // points per m^2
   double distance = 0;
   if (cloud.viewpoint) distance = (sample.cast<double>() - Eigen::Vector3d(cloud.viewpoint->data())).norm();
@@ -102,7 +102,7 @@ Result localize(const CloudView& view, const Options& options, const std::vector
   RadiusSearch search(cloud, settings.search);
   clock.lap(seconds.index);
 
-  const double radius = options.radius.front();
+  const double radius = options.effective_radius().front();
   const double reach = options.effective_reach();
   std::vector<float> rho2;
   for (std::size_t s = 0; s < samples.size(); ++s) {

@@ -10,10 +10,12 @@
 #include <stdexcept>
 #include <string>
 
+#include "depth_image.h"
 #include "handles.h"
 #include "index.h"
 #include "kernels.h"
 #include "localizer_detail.h"
+#include "parts.h"
 #include "sampler.h"
 #include "search.h"
 #include "tiles.h"
@@ -47,7 +49,8 @@ void check(const CloudView& cloud) {
 
 struct Localizer::Impl {
   explicit Impl(const Options& o)
-      : options(o), index(make_index(o.index)), sampler(options), search(options), handle_search(options) {
+      : options(o), index(make_index(o.index)), sampler(options), search(options), handle_search(options),
+        part_search(options) {
     // TBB warns on the console when an arena asks for more than the process allows; the result does not depend on it.
     const auto allowed = tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism);
     if (o.threads > 0)
@@ -60,6 +63,8 @@ struct Localizer::Impl {
   Sampler sampler;
   Search search;
   HandleSearch handle_search;
+  DepthImage image;
+  PartSearch part_search;
   tbb::task_arena arena;
   std::vector<float> samples;
   std::vector<Step> steps;
@@ -108,7 +113,11 @@ struct Localizer::Impl {
 
     double sampling = 0;
     sampler.begin(tiles, *index);
-    search.begin(tiles, *index, cloud.viewpoint);
+    image.clear();
+    if (options.method == Method::kDefault) image.build(cloud);
+    result.times_ms.visibility = milliseconds(indexed, Clock::now());
+    const auto prepared = Clock::now();
+    search.begin(tiles, *index, cloud.viewpoint, &image);
     if (sampler.points() == 0) {
       result.status = Status::kTooFewPoints;
     } else {
@@ -139,7 +148,7 @@ struct Localizer::Impl {
     StageTimes& t = result.times_ms;
     const StepSeconds s = search.seconds();
     const double work = s.neighbours + s.moments + s.fit + s.shell;
-    const double wall = milliseconds(indexed, searched) - sampling - t.handles;
+    const double wall = milliseconds(prepared, searched) - sampling - t.handles;
     const double share = work > 0 ? std::min(1.0, wall / (1e3 * work)) * 1e3 : 0;
     t.neighbours = share * s.neighbours, t.moments = share * s.moments, t.fit = share * s.fit,
     t.shell = share * s.shell;
@@ -150,19 +159,25 @@ struct Localizer::Impl {
   /// Funnel and handles, after the last sample.
   void finish(std::uint32_t n, Result& result) {
     const auto start = Clock::now();
-    std::int64_t count[8] = {};
+    std::int64_t count[10] = {};
     for (std::uint32_t i = 0; i < n; ++i) ++count[static_cast<std::size_t>(steps[i])];
     Funnel& f = result.funnel;
     f.samples = n;
     f.too_few_points = count[static_cast<std::size_t>(Step::kTooFewPoints)];
     f.flat = count[static_cast<std::size_t>(Step::kFlat)];
     f.curvature_low = count[static_cast<std::size_t>(Step::kCurvatureLow)];
+    f.concave = count[static_cast<std::size_t>(Step::kConcave)];
+    f.poor_fit = count[static_cast<std::size_t>(Step::kPoorFit)];
     f.circle_wide = count[static_cast<std::size_t>(Step::kCircleWide)];
     f.circle_narrow = count[static_cast<std::size_t>(Step::kCircleNarrow)];
     f.no_gap = count[static_cast<std::size_t>(Step::kNoGap)];
     f.shell_empty = count[static_cast<std::size_t>(Step::kShellEmpty)];
     f.affordances = count[static_cast<std::size_t>(Step::kAffordance)];
-    handle_search.run(result.affordances, result.handles, f);
+    if (image.empty()) {
+      handle_search.run(result.affordances, result.handles, f);
+    } else {
+      part_search.run(result.affordances, tiles, *index, image, result.handles, f);
+    }
     result.times_ms.handles = milliseconds(start, Clock::now());
   }
 };

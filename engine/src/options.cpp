@@ -127,10 +127,9 @@ void Options::validate() const {
       }
     }
   }
-  if (radius.empty()) fail("radius", "nothing", "one or more radii in m");
   if (radius.size() > 8) fail("radius", std::to_string(radius.size()) + " values", "at most 8 radii");
   for (const double r : radius) positive("radius", r, 1, "m");
-  if (method == Method::kPaper && radius.size() != 1) {
+  if (method == Method::kPaper && radius.size() > 1) {
     fail("radius", std::to_string(radius.size()) + " values", "one radius with method 'paper'");
   }
   in_range("min_neighbours", min_neighbours, 10, 1'000'000);
@@ -140,6 +139,7 @@ void Options::validate() const {
   }
   positive("finger_thickness", finger_thickness, 0.5, "m");
   positive("finger_width", finger_width, 0.5, "m");
+  in_range("min_free", min_free, 0, 1, "");
   if (reach) positive("reach", *reach, 100, "m");
   in_range("shell_gap_area_mm2", shell_gap_area_mm2, 0, 1e6, "mm^2");
   in_range("shell_inner_area_mm2", shell_inner_area_mm2, 0, 1e6, "mm^2");

@@ -150,7 +150,7 @@ bool Sampler::snap(const Vector3& position, float* xyz) {
   Scratch& s = scratch_.local();
   const float c[3] = {static_cast<float>(position[0]), static_cast<float>(position[1]),
                       static_cast<float>(position[2])};
-  const float radius = static_cast<float>(options_->radius.front());
+  const float radius = static_cast<float>(options_->effective_radius().back());
   // Most draws lie near a surface: a small ball first, the whole one only if it is empty.
   for (const float r : {0.2f * radius, radius}) {
     s.near.fill(*tiles_, *index_, c, c, r);

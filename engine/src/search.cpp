@@ -36,12 +36,6 @@ class Stopwatch {
   Clock::time_point last_;
 };
 
-/// Standard deviation of depth at distance z of a structured-light camera (m).
-double depth_noise(double z) {
-  const double d = std::max(0.0, z - 0.4);
-  return 0.0008 + 0.0019 * d * d;
-}
-
 /// Frame of the moments to frame of the cloud.
 Vector3 to_cloud(const double* R_frame_cloud, const Vector3& v) {
   Vector3 out{};
@@ -83,19 +77,22 @@ Search::Search(const Options& options) : options_(&options) {
   // Only a fitted circle within the aperture goes on, so nothing flatter than a cylinder of that width is worth a sum.
   // A strip whose points have the variance v across leaves 2 v / sqrt(5) / (2 curvature) = 0.894 v / (2 curvature).
   const double widest = std::min(options.hand_aperture / 2, options.effective_reach());
-  for (const double radius : options.radius) {
+  radii_ = options.effective_radius();
+  for (const double radius : radii_) {
     flatness_.push_back({static_cast<float>(kFlatShare * cylinder_residual(widest, radius)),
                          static_cast<float>(kFlatShare * 0.894 / (2 * widest))});
   }
 }
 
-void Search::begin(const TileStore& tiles, const NeighbourIndex& index, const std::optional<Vector3>& viewpoint) {
+void Search::begin(const TileStore& tiles, const NeighbourIndex& index, const std::optional<Vector3>& viewpoint,
+                   const DepthImage* image) {
+  image_ = image && !image->empty() ? image : nullptr;
   tiles_ = &tiles;
   index_ = &index;
   viewpoint_ = viewpoint;
   for (Scratch& s : scratch_) s.seconds = {};
   if (options_->axis == AxisEstimator::kNormals) {
-    estimate_normals(tiles, index, static_cast<float>(options_->radius.front() / 2), normals_);
+    estimate_normals(tiles, index, static_cast<float>(radii_.front() / 2), normals_);
   }
 }
 
@@ -143,7 +140,7 @@ void Search::sort_samples(const float* xyz, std::uint32_t n) {
 
 /// Runs of at most 64 samples whose box stays within four times the largest radius.
 void Search::make_groups(std::uint32_t n) {
-  const double widest = *std::max_element(options_->radius.begin(), options_->radius.end());
+  const double widest = *std::max_element(radii_.begin(), radii_.end());
   const auto limit2 = static_cast<float>(16 * widest * widest);
   groups_.clear();
   for (std::uint32_t i = 0; i < n;) {
@@ -169,8 +166,8 @@ void Search::run(const float* xyz, std::uint32_t n, std::uint32_t first, Step* s
   make_groups(n);
   merged_.clear();
   std::fill(steps, steps + n, Step::kTooFewPoints);
-  for (std::size_t scale = 0; scale < options_->radius.size(); ++scale) {
-    const double radius = options_->radius[scale];
+  for (std::size_t scale = 0; scale < radii_.size(); ++scale) {
+    const double radius = radii_[scale];
     steps_.assign(n, Step::kTooFewPoints);
     for (Scratch& s : scratch_) s.found.clear();
     const std::size_t tasks = (groups_.size() + kGroupsPerTask - 1) / kGroupsPerTask;
@@ -235,7 +232,11 @@ void Search::run_groups(std::size_t first_group, std::size_t last_group, double 
   }
   fit(radius, steps, s);
   watch.lap(s.seconds.fit);
-  find_shells(steps, s);
+  if (image_) {
+    find_cylinders(radius, steps, s);
+  } else {
+    find_shells(steps, s);
+  }
   watch.lap(s.seconds.shell);
 }
 
@@ -243,7 +244,7 @@ void Search::run_groups(std::size_t first_group, std::size_t last_group, double 
 void Search::fit(double radius, Step* steps, Scratch& s) const {
   const kernels::Kernels& k = kernels::kernels();
   kernels::FitBatch& f = s.fit;
-  const double least_curvature = radius / options_->effective_reach();
+  const double least_curvature = radius / ((image_ ? 1.5 : 1) * options_->effective_reach());
   for (std::size_t first = 0; first < s.whole.size(); first += kernels::kBatch) {
     const std::size_t n = std::min<std::size_t>(kernels::kBatch, s.whole.size() - first);
     for (std::size_t lane = 0; lane < kernels::kBatch; ++lane) {
@@ -270,11 +271,13 @@ void Search::fit(double radius, Step* steps, Scratch& s) const {
         continue;
       }
       const double circle_radius = f.circle_radius[lane] * radius;
-      if (!(2 * circle_radius <= options_->hand_aperture)) {
+      // The default method measures again with the points: it wants a start, not a verdict.
+      const double slack = image_ ? 1.5 : 1;
+      if (!(2 * circle_radius <= slack * options_->hand_aperture)) {
         step = Step::kCircleWide;
         continue;
       }
-      if (2 * circle_radius < options_->hand_minimum) {
+      if (2 * circle_radius * slack < options_->hand_minimum) {
         step = Step::kCircleNarrow;
         continue;
       }

@@ -10,6 +10,8 @@
 #include <vector>
 
 #include "aligned.h"
+#include "cylinder.h"
+#include "depth_image.h"
 #include "handhold/options.h"
 #include "handhold/result.h"
 #include "index.h"
@@ -23,8 +25,10 @@ enum class Step : std::uint8_t {
   kTooFewPoints,
   kFlat,
   kCurvatureLow,
+  kConcave,
   kCircleWide,
   kCircleNarrow,
+  kPoorFit,
   kNoGap,
   kShellEmpty,
   kAffordance,
@@ -41,7 +45,9 @@ class Search {
  public:
   explicit Search(const Options& options);
 
-  void begin(const TileStore& tiles, const NeighbourIndex& index, const std::optional<Vector3>& viewpoint);
+  /// `image`: what was seen, for the default method; null or empty: the paper's shells decide.
+  void begin(const TileStore& tiles, const NeighbourIndex& index, const std::optional<Vector3>& viewpoint,
+             const DepthImage* image = nullptr);
 
   /// Looks at `n` samples (xyz: 3 * n, m) in parallel. steps[i] says where sample i ended (the furthest, of several
   /// radii). Affordances are appended to `found` in the order of their samples; Affordance::sample is first + i.
@@ -80,6 +86,7 @@ class Search {
     std::vector<std::uint32_t> whole;   ///< entries whose moments are valid
     std::vector<Vector3> axis;          ///< by position in `whole`, when the axis is not the quadric's
     std::vector<Candidate> candidates;
+    AlignedArray<float> x, y, z;
     std::vector<Found> found;
     StepSeconds seconds;
   };
@@ -90,11 +97,15 @@ class Search {
                   Scratch& s) const;
   void fit(double radius, Step* steps, Scratch& s) const;
   void find_shells(Step* steps, Scratch& s) const;
+  void find_cylinders(double radius, Step* steps, Scratch& s) const;
+  Step judge(const Candidate& candidate, double radius, Scratch& s, Found& found) const;
 
   const Options* options_;
   const TileStore* tiles_ = nullptr;
   const NeighbourIndex* index_ = nullptr;
+  const DepthImage* image_ = nullptr;  ///< not null: the default method
   std::optional<Vector3> viewpoint_;
+  std::vector<double> radii_;
   std::vector<Flatness> flatness_;  ///< for each radius: what the kernel need not sum
   AlignedArray<float> normals_;
   AlignedArray<std::uint64_t> keys_, other_keys_;

@@ -74,7 +74,7 @@ inline Vector3d estimate_axis(const Cloud& cloud, const Vector3d& sample, double
 /// on how densely a surface was sampled.
 inline ShellQuery shell_query(const Cloud& cloud, const Vector3d& sample, int count, double circle_radius,
                               const Options& options) {
-  const double radius = options.radius.front();
+  const double radius = options.effective_radius().front();
   const double per_mm2 = count / (M_PI * radius * radius) * 1e-6;
   const double z = cloud.viewpoint ? (sample - *cloud.viewpoint).norm() : 0.0;
   ShellQuery query;
@@ -88,7 +88,7 @@ inline ShellQuery shell_query(const Cloud& cloud, const Vector3d& sample, int co
 
 /// Looks at one sample with the first radius of the options.
 inline SampleResult localize_sample(const Cloud& cloud, const Vector3d& sample, const Options& options) {
-  const double radius = options.radius.front();
+  const double radius = options.effective_radius().front();
   SampleResult result;
   const auto ended_at = [&result](Step step) {
     result.step = step;

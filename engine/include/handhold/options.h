@@ -13,7 +13,7 @@
 namespace handhold {
 
 enum class Method {
-  kDefault,  ///< the best we know; at present the paper's conditions
+  kDefault,  ///< several radii, geometric cylinder fits, two fingers in space that was seen empty
   kPaper,    ///< the paper's conditions, one radius, full shell
 };
 /// How samples are placed (paper, section 3.4).
@@ -49,7 +49,8 @@ struct Options {
       proposal_sigma;  ///< m; standard deviation of a proposal about an affordance; default: radius / 2
   std::optional<std::array<double, 6>> workspace;  ///< m; xmin xmax ymin ymax zmin zmax: samples come from inside only
   // Neighbourhoods
-  std::vector<double> radius = {0.025};  ///< m; radii of the ball-shaped neighbourhoods
+  std::vector<double> radius;  ///< m; radii of the ball-shaped neighbourhoods; empty: 0.025 for the paper's method,
+                               ///< 0.010, 0.015, 0.025 and 0.035 for the default one
   int min_neighbours = 10;               ///< points that a fit needs at least, >= 10
   AxisEstimator axis = AxisEstimator::kTaubin;
   IndexKind index = IndexKind::kEmbree;
@@ -58,6 +59,7 @@ struct Options {
   double hand_minimum = 0.0;       ///< m; smallest inner distance; 0: the hand closes
   double finger_thickness = 0.01;  ///< m; radial: the gap a shell must have
   double finger_width = 0.02;      ///< m; along the handle: the length of a shell
+  double min_free = 0.7;  ///< 0..1; share of each finger's volume that must have been seen empty (default method)
   std::optional<double> reach;     ///< m; largest radius of curvature worth a look; default: 1.25 * hand_aperture / 2
   // Shell. Counts of points would depend on distance and resolution, so thresholds are areas times local point density.
   double shell_gap_area_mm2 = 12;     ///< mm^2 of surface that may lie in the gap (sensor noise); 0: not one point
@@ -76,8 +78,15 @@ struct Options {
 
   /// largest radius of curvature worth a look (m)
   double effective_reach() const { return reach ? *reach : 1.25 * hand_aperture / 2; }
+  /// radii of the neighbourhoods (m)
+  std::vector<double> effective_radius() const {
+    if (!radius.empty()) return radius;
+    return method == Method::kPaper ? std::vector<double>{0.025} : std::vector<double>{0.010, 0.015, 0.025, 0.035};
+  }
   /// standard deviation of a proposal (m)
-  double effective_proposal_sigma() const { return proposal_sigma ? *proposal_sigma : radius.front() / 2; }
+  double effective_proposal_sigma() const {
+    return proposal_sigma ? *proposal_sigma : radius.empty() ? 0.0125 : radius.front() / 2;
+  }
 
   /// @throws OptionError naming the first option that is out of range, its value and what would be valid.
   void validate() const;
@@ -99,15 +108,15 @@ struct OptionInfo {
 template <class O, class Visitor>
 void visit_options(O& o, Visitor&& visit) {
   visit(o.method,
-        OptionInfo{"method", "", "'paper': the paper's conditions; 'default': the best we know (at present the same)"});
+        OptionInfo{"method", "", "'paper': the paper's conditions; 'default': several radii, two fingers, visibility"});
   visit(o.samples, OptionInfo{"samples", "", "neighbourhoods to look at (1 to 10000000)"});
   visit(o.strategy, OptionInfo{"strategy", "", "sampling: 'uniform', 'sum' or 'max'"});
   visit(o.seed, OptionInfo{"seed", "", "seed of the random numbers: same seed, same result"});
   visit(o.proposal_sigma,
-        OptionInfo{"proposal_sigma", "m", "standard deviation of a new sample about an affordance; default radius/2"});
+        OptionInfo{"proposal_sigma", "m", "standard deviation of a new sample about an affordance; default half the first radius"});
   visit(o.workspace,
         OptionInfo{"workspace", "m", "XMIN XMAX YMIN YMAX ZMIN ZMAX: samples come from inside this box only"});
-  visit(o.radius, OptionInfo{"radius", "m", "radius of the ball-shaped neighbourhoods"});
+  visit(o.radius, OptionInfo{"radius", "m", "radii of the ball-shaped neighbourhoods; default by method"});
   visit(o.min_neighbours, OptionInfo{"min_neighbours", "", "points that a fit needs at least (10 or more)"});
   visit(o.axis, OptionInfo{"axis", "", "axis from 'taubin', 'normals' or 'pca'"});
   visit(o.index, OptionInfo{"index", "", "neighbour index: 'embree' or 'grid'"});
@@ -117,6 +126,7 @@ void visit_options(O& o, Visitor&& visit) {
   visit(o.finger_thickness,
         OptionInfo{"finger_thickness", "m", "thickness of a finger: the gap that a shell must have"});
   visit(o.finger_width, OptionInfo{"finger_width", "m", "width of a finger along the handle: the length of a shell"});
+  visit(o.min_free, OptionInfo{"min_free", "", "0 to 1: share of a finger's volume that must have been seen empty"});
   visit(o.reach,
         OptionInfo{"reach", "m", "largest radius of curvature worth a look; default 1.25 * hand_aperture / 2"});
   visit(o.shell_gap_area_mm2,

@@ -30,6 +30,8 @@ struct Affordance {
   double shell_radius = 0;   ///< m; inner radius of the shell found
   double gap = 0;            ///< m; free width found outside shell_radius, at least Options::finger_thickness
   double curvature = 0;      ///< 1/m; median of the largest absolute curvature over the neighbourhood
+  double observed_free = 0;  ///< 0..1; share of the fingers' volumes that was seen empty; 0 where it was not looked at
+  double quality = 1;        ///< 0..1; how well the points fit the cylinder (default method)
   std::uint32_t sample = 0;  ///< index of the sample it came from
 };
 
@@ -50,13 +52,16 @@ struct Funnel {
   std::int64_t too_few_points = 0;  ///< fewer neighbours than Options::min_neighbours
   std::int64_t flat = 0;            ///< points exactly on a plane, a line or in one place: no quadric
   std::int64_t curvature_low = 0;   ///< radius of curvature beyond Options::reach, or flat within the noise
+  std::int64_t concave = 0;         ///< bends towards the sensor: a hollow, nothing to hold (default method)
   std::int64_t circle_wide = 0;     ///< fitted circle wider than the hand's aperture
   std::int64_t circle_narrow = 0;   ///< fitted circle narrower than the hand's minimum opening
-  std::int64_t no_gap = 0;          ///< no shell with an empty gap for the fingers
+  std::int64_t poor_fit = 0;        ///< points too far from the cylinder, or on too little of it (default method)
+  std::int64_t no_gap = 0;          ///< no empty gap for the fingers, or none that was seen
   std::int64_t shell_empty = 0;     ///< a gap, but too few points within the shell
   std::int64_t affordances = 0;     ///< samples that gave an affordance
   // Of the affordances:
   std::int64_t not_aligned = 0;     ///< in no group of Options::handle_min_affordances aligned ones
+  std::int64_t unconfirmed = 0;     ///< in a group that the cloud's points do not bear out (default method)
   std::int64_t too_short = 0;       ///< in a group shorter than Options::handle_min_length
   std::int64_t low_confidence = 0;  ///< in a handle below Options::min_confidence
   std::int64_t in_handles = 0;      ///< in a reported handle, or askew on its part
@@ -70,7 +75,8 @@ struct StageTimes {
   double neighbours = 0;  ///< index queries
   double moments = 0;     ///< culling of boxes, rough planes, sums
   double fit = 0;         ///< Taubin, curvature, circle
-  double shell = 0;
+  double shell = 0;       ///< shells, or (default method) cylinders and fingers
+  double visibility = 0;  ///< depth image of what was seen (default method)
   double handles = 0;
   double total = 0;
 };

@@ -1,0 +1,111 @@
+#include "cylinder.h"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Core>
+#include <algorithm>
+#include <cmath>
+
+#include "kernels.h"
+
+namespace handhold {
+namespace {
+
+using Vector5 = Eigen::Matrix<double, 5, 1>;
+using Matrix5 = Eigen::Matrix<double, 5, 5>;
+
+/// Tilts are measured as the displacement at this distance along the axis (m), so that all unknowns are lengths.
+constexpr double kArm = 0.02;
+/// Radii that a fit may pass through (m).
+constexpr double kSmallest = 0.001, kLargest = 0.2;
+/// A step that lowers the cost by less than this part of it is the last one.
+constexpr double kLeastGain = 1e-3;
+/// Keeps unknowns that the points do not tell (a tilt of a short patch) where they are.
+constexpr double kRidge = 1e-3;
+
+struct Evaluated {
+  kernels::CylinderEquations sums;
+  Vector3 t1, t2;
+};
+
+Evaluated evaluate(const PointArrays& points, const Cylinder& c, double sigma) {
+  Evaluated e;
+  e.t1 = any_perpendicular(c.axis), e.t2 = cross(c.axis, e.t1);
+  kernels::CylinderQuery q;
+  for (std::size_t k = 0; k < 3; ++k) {
+    q.point[k] = static_cast<float>(c.point[k]), q.axis[k] = static_cast<float>(c.axis[k]);
+    q.t1[k] = static_cast<float>(e.t1[k]), q.t2[k] = static_cast<float>(e.t2[k]);
+  }
+  q.radius = static_cast<float>(c.radius), q.sigma = static_cast<float>(sigma), q.arm = static_cast<float>(kArm);
+  kernels::kernels().cylinder(points.x, points.y, points.z, static_cast<std::int32_t>(points.n), q, e.sums);
+  return e;
+}
+
+}  // namespace
+
+double refine_cylinder(const PointArrays& points, double sigma, int steps, Cylinder& c) {
+  if (points.n == 0) return 0;
+  double mean[3] = {};
+  for (std::size_t i = 0; i < points.n; ++i) {
+    mean[0] += static_cast<double>(points.x[i]);
+    mean[1] += static_cast<double>(points.y[i]);
+    mean[2] += static_cast<double>(points.z[i]);
+  }
+  const double inverse = 1 / static_cast<double>(points.n);
+  const Vector3 middle = {mean[0] * inverse, mean[1] * inverse, mean[2] * inverse};
+  c.point = c.point + dot(middle - c.point, c.axis) * c.axis;
+
+  double damping = 1e-3;
+  Evaluated here = evaluate(points, c, sigma);
+  for (int step = 0; step < steps;) {
+    Matrix5 A;
+    Vector5 b;
+    for (Eigen::Index i = 0, k = 0; i < 5; ++i) {
+      b[i] = sigma * static_cast<double>(here.sums.b[i]);
+      for (Eigen::Index j = 0; j <= i; ++j, ++k) A(i, j) = A(j, i) = static_cast<double>(here.sums.A[k]);
+    }
+    bool better = false;
+    double gain = 0;
+    for (int attempt = 0; attempt < 3 && !better && step < steps; ++attempt, ++step) {
+      Matrix5 damped = A;
+      damped.diagonal() *= 1 + damping;
+      damped.diagonal().array() += kRidge;
+      const Vector5 x = damped.ldlt().solve(b);
+      Cylinder next;
+      next.point = c.point + x[0] * here.t1 + x[1] * here.t2;
+      next.axis = normalized(c.axis + (x[2] / kArm) * here.t1 + (x[3] / kArm) * here.t2);
+      next.radius = c.radius + x[4];
+      if (next.radius > kSmallest && next.radius < kLargest) {
+        const Evaluated there = evaluate(points, next, sigma);
+        better = there.sums.cost < here.sums.cost;
+        if (better) {
+          gain = 1 - static_cast<double>(there.sums.cost) / static_cast<double>(here.sums.cost);
+          c = next, here = there;
+        }
+      }
+      damping *= better ? 0.3 : 10;
+    }
+    if (!better || gain < kLeastGain) break;
+  }
+  return std::sqrt(static_cast<double>(here.sums.square) * inverse);
+}
+
+double arc_of(const PointArrays& points, const Cylinder& c, const Vector3& towards) {
+  constexpr std::size_t kMost = 128;
+  const Vector3 u = normalized(towards - dot(towards, c.axis) * c.axis, any_perpendicular(c.axis));
+  const Vector3 v = cross(c.axis, u);
+  const std::size_t stride = (points.n + kMost - 1) / kMost;
+  float angles[kMost];
+  std::size_t n = 0;
+  for (std::size_t i = 0; i < points.n; i += stride) {
+    const Vector3 d = points[i] - c.point;
+    angles[n++] = std::atan2(static_cast<float>(dot(d, v)), static_cast<float>(dot(d, u)));
+  }
+  if (n == 0) return 0;
+  const std::size_t low = n * 3 / 100, high = std::min(n - 1, n * 97 / 100);
+  std::nth_element(angles, angles + low, angles + n);
+  const float first = angles[low];
+  std::nth_element(angles, angles + high, angles + n);
+  return static_cast<double>(angles[high] - first);
+}
+
+}  // namespace handhold

@@ -1,0 +1,234 @@
+#include "depth_image.h"
+
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+
+#include <Eigen/Core>
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <limits>
+
+namespace handhold {
+namespace {
+
+constexpr float kVoid = std::numeric_limits<float>::infinity();
+/// Distance between projector and camera of the common sensors (m): how wide their shadows can be.
+constexpr double kProjectorBaseline = 0.075;
+/// Runs of missing pixels that edges and noise leave (px).
+constexpr double kEdgePixels = 8;
+constexpr int kColumnPixels = 4;
+
+bool usable(const float* p) {
+  return std::fabs(p[0]) <= 1e6f && std::fabs(p[1]) <= 1e6f && std::fabs(p[2]) <= 1e6f;
+}
+Vector3 point(const float* p) {
+  return {static_cast<double>(p[0]), static_cast<double>(p[1]), static_cast<double>(p[2])};
+}
+
+}  // namespace
+
+bool DepthImage::build(const CloudView& cloud) {
+  clear();
+  if (!cloud.viewpoint || cloud.size() == 0) return false;
+  viewpoint_ = *cloud.viewpoint;
+  if (cloud.width >= 16 && cloud.height >= 16 && fit_projection(cloud)) {
+    read_organized(cloud);
+  } else {
+    draw_unorganized(cloud);
+  }
+  if (empty()) return false;
+  fill_shadows();
+  fill_void();
+  return true;
+}
+
+/// The homography between the directions of an organized cloud's points and their pixels, by linear least squares
+/// (direct linear transformation). It holds in any frame of the cloud, rotated or not.
+bool DepthImage::fit_projection(const CloudView& cloud) {
+  width_ = static_cast<int>(cloud.width), height_ = static_cast<int>(cloud.height);
+  const double half_width = 0.5 * width_, half_height = 0.5 * height_;
+  using Row = Eigen::Matrix<double, 9, 1>;
+  Eigen::Matrix<double, 9, 9> A = Eigen::Matrix<double, 9, 9>::Zero();
+  const std::size_t stride = cloud.size() / 4096 | 1;  // odd: not down one column
+  std::vector<std::size_t> used;
+  for (std::size_t i = 0; i < cloud.size(); i += stride) {
+    if (!usable(cloud.point(i))) continue;
+    const Vector3 d = point(cloud.point(i)) - viewpoint_;
+    const double length = norm(d);
+    if (!(length > 1e-3)) continue;
+    const double u = (static_cast<double>(i % cloud.width) - half_width) / half_width;
+    const double v = (static_cast<double>(i / cloud.width) - half_height) / half_height;
+    const double x = d[0] / length, y = d[1] / length, z = d[2] / length;
+    Row a, b;
+    a << x, y, z, 0, 0, 0, -u * x, -u * y, -u * z;
+    b << 0, 0, 0, x, y, z, -v * x, -v * y, -v * z;
+    A += a * a.transpose() + b * b.transpose();
+    used.push_back(i);
+  }
+  if (used.size() < 50) return false;
+  const Row h = Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, 9, 9>>(A).eigenvectors().col(0);
+  // Back to pixels.
+  for (std::size_t k = 0; k < 3; ++k) {
+    const auto at = static_cast<Eigen::Index>(k);
+    H_[k] = half_width * (h[at] + h[6 + at]);
+    H_[3 + k] = half_height * (h[3 + at] + h[6 + at]);
+    H_[6 + k] = h[6 + at];
+  }
+  const double length = std::sqrt(H_[6] * H_[6] + H_[7] * H_[7] + H_[8] * H_[8]);
+  if (!(length > 0)) return false;
+  const Projected one = project(point(cloud.point(used.front())));
+  const double scale = one.depth < 0 ? -1 / length : 1 / length;
+  for (double& value : H_) value *= scale;
+  focal_ = norm(Vector3{H_[0], H_[1], H_[2]} - (H_[0] * H_[6] + H_[1] * H_[7] + H_[2] * H_[8]) *
+                                                   Vector3{H_[6], H_[7], H_[8]});
+  // A cloud that is an image in name only does not fit.
+  std::size_t far = 0;
+  for (const std::size_t i : used) {
+    const Projected p = project(point(cloud.point(i)));
+    const double du = p.a / p.depth - static_cast<double>(i % cloud.width);
+    const double dv = p.b / p.depth - static_cast<double>(i / cloud.width);
+    far += !(p.depth > 0 && du * du + dv * dv < 1.0);
+  }
+  return far * 20 <= used.size();
+}
+
+void DepthImage::read_organized(const CloudView& cloud) {
+  depth_.resize(cloud.size());
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, cloud.size(), 16384), [&](const auto& range) {
+    const auto h6 = static_cast<float>(H_[6]), h7 = static_cast<float>(H_[7]), h8 = static_cast<float>(H_[8]);
+    const float vx = static_cast<float>(viewpoint_[0]), vy = static_cast<float>(viewpoint_[1]),
+                vz = static_cast<float>(viewpoint_[2]);
+    for (std::size_t i = range.begin(); i < range.end(); ++i) {
+      const float* p = cloud.point(i);
+      const float z = h6 * (p[0] - vx) + h7 * (p[1] - vy) + h8 * (p[2] - vz);
+      depth_[i] = z > 0 && z < 1e6f ? z : 0.0f;  // false for NaN
+    }
+  });
+}
+
+/// A z-buffer whose pixels are as large as it takes for most of them to get a point.
+void DepthImage::draw_unorganized(const CloudView& cloud) {
+  Vector3 forward{};
+  std::vector<Vector3> directions;
+  const std::size_t stride = cloud.size() / 8192 | 1;
+  for (std::size_t i = 0; i < cloud.size(); i += stride) {
+    if (!usable(cloud.point(i))) continue;
+    const Vector3 d = point(cloud.point(i)) - viewpoint_;
+    if (!(norm(d) > 1e-3)) continue;
+    directions.push_back(normalized(d));
+    forward = forward + directions.back();
+  }
+  if (directions.size() < 10 || !(norm(forward) > 1e-6)) return;
+  forward = normalized(forward);
+  const Vector3 right = any_perpendicular(forward), down = cross(forward, right);
+  // Extent of the view: all but the outermost directions.
+  std::vector<double> us, vs;
+  for (const Vector3& d : directions) {
+    const double z = dot(d, forward);
+    if (z < 0.17) continue;  // beyond 80 degrees
+    us.push_back(dot(d, right) / z);
+    vs.push_back(dot(d, down) / z);
+  }
+  if (us.size() < 10) return;
+  const auto [u_low, u_high] = std::minmax_element(us.begin(), us.end());
+  const auto [v_low, v_high] = std::minmax_element(vs.begin(), vs.end());
+  const double u0 = *u_low, v0 = *v_low, du = *u_high - u0 + 1e-6, dv = *v_high - v0 + 1e-6;
+  // Share of the view that holds points, on a coarse grid.
+  constexpr int kGrid = 48;
+  std::vector<char> hit(kGrid * kGrid, 0);
+  for (std::size_t i = 0; i < us.size(); ++i) {
+    const int a = std::min(kGrid - 1, static_cast<int>((us[i] - u0) / du * kGrid));
+    const int b = std::min(kGrid - 1, static_cast<int>((vs[i] - v0) / dv * kGrid));
+    hit[static_cast<std::size_t>(b * kGrid + a)] = 1;
+  }
+  const double share = static_cast<double>(std::count(hit.begin(), hit.end(), 1)) / (kGrid * kGrid);
+  const double points = static_cast<double>(us.size()) * static_cast<double>(stride);
+  const double pixel = std::max(std::sqrt(2.0 * share * du * dv / points), std::max(du, dv) / 2048);
+  width_ = static_cast<int>(du / pixel) + 1, height_ = static_cast<int>(dv / pixel) + 1;
+  focal_ = 1 / pixel;
+  for (std::size_t k = 0; k < 3; ++k) {
+    H_[k] = (right[k] - u0 * forward[k]) / pixel;
+    H_[3 + k] = (down[k] - v0 * forward[k]) / pixel;
+    H_[6 + k] = forward[k];
+  }
+  depth_.assign(static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_), 0.0f);
+  for (std::size_t i = 0; i < cloud.size(); ++i) {
+    if (!usable(cloud.point(i))) continue;
+    const Projected p = project(point(cloud.point(i)));
+    const double u = p.a / p.depth + 0.5, v = p.b / p.depth + 0.5;
+    if (!(p.depth > 0.02 && u >= 0 && v >= 0 && u < width_ && v < height_)) continue;
+    float& z = depth_[static_cast<std::size_t>(v) * static_cast<std::size_t>(width_) + static_cast<std::size_t>(u)];
+    const auto depth = static_cast<float>(p.depth);
+    if (z == 0.0f || depth < z) z = depth;
+  }
+}
+
+/// Missing pixels between two measured ones of a row get the farther depth when the run is no wider than the
+/// projector's shadow can be: what hides the projector's light there is the nearer surface's edge, and the space in
+/// front of the farther one was seen. Short runs in a column, too.
+void DepthImage::fill_shadows() {
+  filled_ = depth_;
+  const auto width = static_cast<std::size_t>(width_);
+  tbb::parallel_for(tbb::blocked_range<int>(0, height_, 16), [&](const auto& range) {
+    for (int row = range.begin(); row < range.end(); ++row) {
+      const float* from = depth_.data() + static_cast<std::size_t>(row) * width;
+      float* to = filled_.data() + static_cast<std::size_t>(row) * width;
+      for (int x = 0; x < width_;) {
+        if (from[x] > 0) {
+          ++x;
+          continue;
+        }
+        const int first = x;
+        while (x < width_ && !(from[x] > 0)) ++x;
+        if (first == 0 || x == width_) continue;
+        const float near = std::min(from[first - 1], from[x]), far = std::max(from[first - 1], from[x]);
+        const double shadow = focal_ * kProjectorBaseline * (1 / static_cast<double>(near) - 1 / static_cast<double>(far));
+        if (x - first <= shadow + kEdgePixels) std::fill(to + first, to + x, far);
+      }
+    }
+  });
+  // A few rows at a time, so that the cache holds what a column needs.
+  depth_ = filled_;
+  tbb::parallel_for(tbb::blocked_range<int>(0, width_, 64), [&](const auto& range) {
+    for (int y = 1; y + 1 < height_; ++y) {
+      for (int x = range.begin(); x < range.end(); ++x) {
+        const std::size_t at = static_cast<std::size_t>(y) * width + static_cast<std::size_t>(x);
+        if (filled_[at] > 0 || !(filled_[at - width] > 0)) continue;  // the first of a run
+        int end = y;
+        while (end < height_ && end - y <= kColumnPixels && !(filled_[at + static_cast<std::size_t>(end - y) * width] > 0))
+          ++end;
+        if (end == height_ || end - y > kColumnPixels) continue;
+        const float far = std::max(filled_[at - width], filled_[at + static_cast<std::size_t>(end - y) * width]);
+        for (int k = y; k < end; ++k) depth_[at + static_cast<std::size_t>(k - y) * width] = far;
+      }
+    }
+  });
+}
+
+/// Large regions without measurements at the border are where the sensor looked past everything.
+void DepthImage::fill_void() {
+  const std::size_t enough = depth_.size() / 150;
+  std::vector<std::int32_t>& queue = queue_;
+  std::vector<char> seen(depth_.size(), 0);
+  const auto visit = [&](int x, int y) {
+    if (x < 0 || y < 0 || x >= width_ || y >= height_) return;
+    const auto at = static_cast<std::int32_t>(y * width_ + x);
+    if (seen[static_cast<std::size_t>(at)] || depth_[static_cast<std::size_t>(at)] > 0) return;
+    seen[static_cast<std::size_t>(at)] = 1;
+    queue.push_back(at);
+  };
+  const auto flood = [&](int x, int y) {
+    queue.clear();
+    visit(x, y);
+    for (std::size_t i = 0; i < queue.size(); ++i) {
+      const int cx = queue[i] % width_, cy = queue[i] / width_;
+      visit(cx - 1, cy), visit(cx + 1, cy), visit(cx, cy - 1), visit(cx, cy + 1);
+    }
+    if (queue.size() < enough) return;
+    for (const std::int32_t at : queue) depth_[static_cast<std::size_t>(at)] = kVoid;
+  };
+  for (int x = 0; x < width_; ++x) flood(x, 0), flood(x, height_ - 1);
+  for (int y = 0; y < height_; ++y) flood(0, y), flood(width_ - 1, y);
+}
+
+}  // namespace handhold

@@ -1,0 +1,78 @@
+// What the sensor saw, as a depth image: which places are known to be empty.
+//
+// A point in space is free when the sensor saw something behind it, occupied when what it saw there lies at that depth,
+// and unknown otherwise. Organized clouds are depth images already; only their projection has to be found. Others are
+// drawn into a z-buffer from the viewpoint.
+#pragma once
+
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <vector>
+
+#include "handhold/cloud.h"
+#include "vec3.h"
+
+namespace handhold {
+
+/// Standard deviation of depth at distance z of a structured-light camera (m).
+inline double depth_noise(double z) {
+  const double d = std::max(0.0, z - 0.4);
+  return 0.0008 + 0.0019 * d * d;
+}
+
+class DepthImage {
+ public:
+  enum class Seen : std::uint8_t { kFree, kUnknown, kOccupied };
+
+  /// Position in the image, homogeneous: column = a / depth, row = b / depth. Linear in the point, so that sums of
+  /// projected vectors are projections of sums.
+  struct Projected {
+    double a, b, depth;
+    Projected operator+(const Projected& o) const { return {a + o.a, b + o.b, depth + o.depth}; }
+    friend Projected operator*(double s, const Projected& p) { return {s * p.a, s * p.b, s * p.depth}; }
+  };
+
+  /// False when the cloud has no viewpoint or no points: nothing is known then.
+  bool build(const CloudView& cloud);
+  void clear() { depth_.clear(); }
+  bool empty() const { return depth_.empty(); }
+
+  Projected project(const Vector3& p) const { return project_direction(p - viewpoint_); }
+  Projected project_direction(const Vector3& d) const {
+    return {H_[0] * d[0] + H_[1] * d[1] + H_[2] * d[2], H_[3] * d[0] + H_[4] * d[1] + H_[5] * d[2],
+            H_[6] * d[0] + H_[7] * d[1] + H_[8] * d[2]};
+  }
+  /// Depths that differ by up to `tolerance` (m) count as the same.
+  Seen look(const Projected& p, double tolerance) const {
+    if (!(p.depth > 0.02)) return Seen::kUnknown;
+    const double u = p.a / p.depth + 0.5, v = p.b / p.depth + 0.5;
+    if (!(u >= 0 && v >= 0 && u < width_ && v < height_)) return Seen::kUnknown;
+    const auto seen = static_cast<double>(
+        depth_[static_cast<std::size_t>(v) * static_cast<std::size_t>(width_) + static_cast<std::size_t>(u)]);
+    if (seen > p.depth + tolerance) return Seen::kFree;
+    return seen > p.depth - tolerance ? Seen::kOccupied : Seen::kUnknown;
+  }
+  Seen look(const Vector3& p, double tolerance) const { return look(project(p), tolerance); }
+
+  const Vector3& viewpoint() const { return viewpoint_; }
+  /// Focal length (px): an object at depth z spans focal() * size / z pixels.
+  double focal() const { return focal_; }
+
+ private:
+  bool fit_projection(const CloudView& cloud);
+  void read_organized(const CloudView& cloud);
+  void draw_unorganized(const CloudView& cloud);
+  void fill_shadows();
+  void fill_void();
+
+  Vector3 viewpoint_{};
+  std::array<double, 9> H_{};  ///< (column * depth, row * depth, depth) = H (p - viewpoint); third row of length 1
+  double focal_ = 0;
+  int width_ = 0, height_ = 0;
+  std::vector<float> depth_;  ///< m; 0: unknown, infinity: nothing within the sensor's range
+  std::vector<float> filled_;
+  std::vector<std::int32_t> queue_;
+};
+
+}  // namespace handhold

@@ -1,0 +1,88 @@
+#include "fingers.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace handhold {
+namespace {
+
+/// Steps of a finger's distance from the axis (m), and samples of its depth and width.
+constexpr double kStep = 0.0015;
+constexpr int kDepths = 6, kWidths = 3;
+constexpr int kMostColumns = 96;
+/// Depths that differ by less count as the same surface (m).
+constexpr double kTolerance = 0.003;
+/// Play of a hand about the part, for the noise of the part's own points (m).
+constexpr double kPlay = 0.002;
+
+}  // namespace
+
+Grip FingerTest::at(const Vector3& center, const Vector3& axis, double radius, double width, double angle) const {
+  Grip grip;
+  const Vector3 to_sensor = image_->viewpoint() - center;
+  const Vector3 v = to_sensor - dot(to_sensor, axis) * axis;
+  if (!(norm(v) > 1e-6)) return grip;
+  const Vector3 ahead = normalized(v), side = cross(axis, ahead);
+  grip.angle = angle;
+  grip.from = std::cos(angle) * ahead + std::sin(angle) * side;
+  const Vector3 left = cross(axis, grip.from);
+
+  // The fingertips stand a little beyond the axis, so that the part is held and not pinched away.
+  const double tip = std::min(std::max(0.003, 0.3 * radius), radius), top = 0.5 * radius;
+  const double nearest = std::max(0.002, 0.8 * radius);
+  const double farthest = std::min(options_->hand_aperture / 2 + kPlay, std::max(1.35 * radius, radius + 0.004) + kPlay);
+  const int finger = std::max(1, static_cast<int>(std::lround(options_->finger_thickness / kStep)));
+  const int first = static_cast<int>(nearest / kStep);
+  const int columns = std::min(kMostColumns, static_cast<int>(farthest / kStep) + finger + 1 - first);
+  if (columns < finger) return grip;
+
+  const DepthImage::Projected at_center = image_->project(center), along = image_->project_direction(axis),
+                              up = image_->project_direction(grip.from);
+  double found[2] = {0, 0}, distance[2] = {0, 0};
+  bool open[2] = {false, false};
+  for (int k = 0; k < 2; ++k) {
+    const DepthImage::Projected out = image_->project_direction(k == 0 ? left : -1.0 * left);
+    std::array<double, kMostColumns> free;
+    double sum = 0;
+    for (int c = 0; c < columns && !open[k]; ++c) {
+      int seen_free = 0;
+      const DepthImage::Projected column = at_center + (first + c + 0.5) * kStep * out;
+      for (int d = 0; d < kDepths; ++d) {
+        const DepthImage::Projected row = column + (-tip + (top + tip) * (d + 0.5) / kDepths) * up;
+        for (int w = 0; w < kWidths; ++w) {
+          const DepthImage::Projected place = row + (w - 1) * 0.35 * width * along;
+          seen_free += image_->look(place, kTolerance) == DepthImage::Seen::kFree;
+        }
+      }
+      free[static_cast<std::size_t>(c)] = static_cast<double>(seen_free) / (kDepths * kWidths);
+      sum += free[static_cast<std::size_t>(c)];
+      if (c >= finger) sum -= free[static_cast<std::size_t>(c - finger)];
+      if (c + 1 < finger) continue;
+      const double share = sum / finger;
+      found[k] = std::max(found[k], share);
+      if (share >= options_->min_free) {
+        open[k] = true;
+        found[k] = share;
+        distance[k] = (first + c + 1 - finger) * kStep;
+      }
+    }
+    if (!open[k] && found[k] < 0.01) break;
+  }
+  grip.free = std::min(found[0], found[1]);
+  grip.opening = distance[0] + distance[1];
+  grip.fits = open[0] && open[1] && grip.opening <= options_->hand_aperture + 2 * kPlay;
+  return grip;
+}
+
+Grip FingerTest::any(const Vector3& center, const Vector3& axis, double radius, double width) const {
+  Grip best;
+  for (int i = 0; i < kAngles; ++i) {
+    const Grip grip = at(center, axis, radius, width, angle(i));
+    if (grip.fits) return grip;
+    if (i == 0 || grip.free > best.free) best = grip;
+  }
+  return best;
+}
+
+}  // namespace handhold
