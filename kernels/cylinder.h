@@ -1,8 +1,8 @@
 // Normal equations of a cylinder fitted to points by their distance from its surface, with Huber weights.
 //
 // Unknowns, all lengths: displacement of the axis along t1 and t2, its displacement along t1 and t2 at the distance
-// `arm` along the axis, and the radius. With e = (D - r) / sigma, D the distance of a point from the axis, its weight is
-// 1 up to |e| = 2 and 2 / |e| beyond.
+// `arm` along the axis, and the radius. With e = (D - r) / sigma, D the distance of a point from the axis, its weight
+// is 1 up to |e| = 2 and 2 / |e| beyond.
 #pragma once
 
 #include "kernels.h"

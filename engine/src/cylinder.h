@@ -19,8 +19,8 @@ struct Cylinder {
   }
 };
 
-/// Coordinates of points (m) as separate arrays, near the origin for the sake of single precision; 15 more floats may be
-/// read behind each.
+/// Coordinates of points (m) as separate arrays, near the origin for the sake of single precision; 15 more floats may
+/// be read behind each.
 struct PointArrays {
   const float *x, *y, *z;
   std::size_t n;

@@ -79,8 +79,8 @@ bool DepthImage::fit_projection(const CloudView& cloud) {
   const Projected one = project(point(cloud.point(used.front())));
   const double scale = one.depth < 0 ? -1 / length : 1 / length;
   for (double& value : H_) value *= scale;
-  focal_ = norm(Vector3{H_[0], H_[1], H_[2]} - (H_[0] * H_[6] + H_[1] * H_[7] + H_[2] * H_[8]) *
-                                                   Vector3{H_[6], H_[7], H_[8]});
+  focal_ = norm(Vector3{H_[0], H_[1], H_[2]} -
+                (H_[0] * H_[6] + H_[1] * H_[7] + H_[2] * H_[8]) * Vector3{H_[6], H_[7], H_[8]});
   // A cloud that is an image in name only does not fit.
   std::size_t far = 0;
   for (const std::size_t i : used) {
@@ -182,7 +182,8 @@ void DepthImage::fill_shadows() {
         while (x < width_ && !(from[x] > 0)) ++x;
         if (first == 0 || x == width_) continue;
         const float near = std::min(from[first - 1], from[x]), far = std::max(from[first - 1], from[x]);
-        const double shadow = focal_ * kProjectorBaseline * (1 / static_cast<double>(near) - 1 / static_cast<double>(far));
+        const double shadow =
+            focal_ * kProjectorBaseline * (1 / static_cast<double>(near) - 1 / static_cast<double>(far));
         if (x - first <= shadow + kEdgePixels) std::fill(to + first, to + x, far);
       }
     }
@@ -195,7 +196,8 @@ void DepthImage::fill_shadows() {
         const std::size_t at = static_cast<std::size_t>(y) * width + static_cast<std::size_t>(x);
         if (filled_[at] > 0 || !(filled_[at - width] > 0)) continue;  // the first of a run
         int end = y;
-        while (end < height_ && end - y <= kColumnPixels && !(filled_[at + static_cast<std::size_t>(end - y) * width] > 0))
+        while (end < height_ && end - y <= kColumnPixels &&
+               !(filled_[at + static_cast<std::size_t>(end - y) * width] > 0))
           ++end;
         if (end == height_ || end - y > kColumnPixels) continue;
         const float far = std::max(filled_[at - width], filled_[at + static_cast<std::size_t>(end - y) * width]);

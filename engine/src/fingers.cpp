@@ -31,7 +31,8 @@ Grip FingerTest::at(const Vector3& center, const Vector3& axis, double radius, d
   // The fingertips stand a little beyond the axis, so that the part is held and not pinched away.
   const double tip = std::min(std::max(0.003, 0.3 * radius), radius), top = 0.5 * radius;
   const double nearest = std::max(0.002, 0.8 * radius);
-  const double farthest = std::min(options_->hand_aperture / 2 + kPlay, std::max(1.35 * radius, radius + 0.004) + kPlay);
+  const double farthest =
+      std::min(options_->hand_aperture / 2 + kPlay, std::max(1.35 * radius, radius + 0.004) + kPlay);
   const int finger = std::max(1, static_cast<int>(std::lround(options_->finger_thickness / kStep)));
   const int first = static_cast<int>(nearest / kStep);
   const int columns = std::min(kMostColumns, static_cast<int>(farthest / kStep) + finger + 1 - first);

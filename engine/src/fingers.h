@@ -12,10 +12,10 @@ namespace handhold {
 
 struct Grip {
   bool fits = false;
-  double free = 0;      ///< 0..1; share of the finger volumes that was seen empty, of the worse finger
-  double opening = 0;   ///< m; distance between the fingers
-  Vector3 from{};       ///< unit; from the part towards the hand
-  double angle = 0;     ///< rad; of `from` about the axis, 0 towards the sensor
+  double free = 0;     ///< 0..1; share of the finger volumes that was seen empty, of the worse finger
+  double opening = 0;  ///< m; distance between the fingers
+  Vector3 from{};      ///< unit; from the part towards the hand
+  double angle = 0;    ///< rad; of `from` about the axis, 0 towards the sensor
 };
 
 class FingerTest {

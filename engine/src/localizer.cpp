@@ -49,7 +49,11 @@ void check(const CloudView& cloud) {
 
 struct Localizer::Impl {
   explicit Impl(const Options& o)
-      : options(o), index(make_index(o.index)), sampler(options), search(options), handle_search(options),
+      : options(o),
+        index(make_index(o.index)),
+        sampler(options),
+        search(options),
+        handle_search(options),
         part_search(options) {
     // TBB warns on the console when an arena asks for more than the process allows; the result does not depend on it.
     const auto allowed = tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism);

@@ -1,5 +1,8 @@
 #include "parts.h"
 
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+
 #include <Eigen/Core>
 #include <Eigen/Eigenvalues>
 #include <algorithm>
@@ -17,7 +20,7 @@ constexpr double kCosAlign = 0.9396926207859084;  // 20 degrees
 constexpr double kOffsetShare = 0.35, kOffset = 0.003;
 constexpr double kRadiusShare = 0.3, kRadius = 0.002;
 constexpr double kMemberGap = 0.012;  ///< m
-constexpr int kMostFailures = 2;      ///< a member of so many groups that came to nothing starts no other one
+constexpr int kMostUses = 2;          ///< a member of so many groups starts no other one
 constexpr double kReach = 0.25;       ///< m; members lie within this of the seed along its axis
 // The fit to the points.
 constexpr std::size_t kMostPoints = 400;
@@ -26,13 +29,13 @@ constexpr double kNormalFrom = 0.010;              ///< m; thinner parts have no
 constexpr double kNormalBall = 0.008;              ///< m
 constexpr double kExtension = 0.02;                ///< m; how far beyond its members a part may go on
 // Slices.
-constexpr double kSlice = 0.005;        ///< m
-constexpr double kLeastDensity = 0.4;   ///< of the median slice
-constexpr double kLeastCover = 1.047;   ///< rad
+constexpr double kSlice = 0.005;       ///< m
+constexpr double kLeastDensity = 0.4;  ///< of the median slice
+constexpr double kLeastCover = 1.047;  ///< rad
 constexpr double kRmsShare = 0.06;
-constexpr double kLeastArc = 1.2217;    ///< rad
+constexpr double kLeastArc = 1.2217;        ///< rad
 constexpr double kMostNormalError = 0.279;  ///< rad; true cylinders have at most 13 degrees, box edges 18 to 22
-constexpr double kThinnest = 0.004;     ///< m
+constexpr double kThinnest = 0.004;         ///< m
 
 constexpr double kStrap = 0.8;  ///< of a cylinder's radius: seen narrower than this it is none
 
@@ -41,19 +44,18 @@ enum Fate : std::uint8_t { kNotAligned, kUnconfirmed, kLowConfidence, kInHandle 
 }  // namespace
 
 /// Normal by the plane of least squares through the points around; zero when there are too few.
-const float* PartSearch::normal_of(std::uint32_t id, const float* p) {
-  float* n = normals_.data() + 3 * static_cast<std::size_t>(id);
-  if (normal_known_[id]) return n;
-  normal_known_[id] = 1;
-  n[0] = n[1] = n[2] = 0;
-  const auto capacity = static_cast<std::size_t>(around_.view().padded) * 256 + 16;
-  x_.require(capacity), y_.require(capacity), z_.require(capacity);
-  const int count = kernels::kernels().collect(tiles_->view(), around_.view(), p, static_cast<float>(kNormalBall),
-                                               nullptr, x_.data(), y_.data(), z_.data());
+const Vector3& PartSearch::normal_of(std::uint32_t id, const float* p, Worker& w) const {
+  const auto [at, is_new] = w.normals.try_emplace(id);
+  Vector3& n = at->second;
+  if (!is_new) return n;
+  const auto capacity = static_cast<std::size_t>(w.around.view().padded) * 256 + 16;
+  w.x.require(capacity), w.y.require(capacity), w.z.require(capacity);
+  const int count = kernels::kernels().collect(tiles_->view(), w.around.view(), p, static_cast<float>(kNormalBall),
+                                               nullptr, w.x.data(), w.y.data(), w.z.data());
   if (count < 8) return n;
   float sum[9] = {};
   for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i) {
-    const float x = x_[i], y = y_[i], z = z_[i];
+    const float x = w.x[i], y = w.y[i], z = w.z[i];
     sum[0] += x, sum[1] += y, sum[2] += z;
     sum[3] += x * x, sum[4] += x * y, sum[5] += x * z, sum[6] += y * y, sum[7] += y * z, sum[8] += z * z;
   }
@@ -69,30 +71,32 @@ const float* PartSearch::normal_of(std::uint32_t id, const float* p) {
   Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver;
   solver.computeDirect(C * 1e4);
   const Eigen::Vector3d v = solver.eigenvectors().col(0);
-  const Vector3 to_sensor = image_->viewpoint() -
-                            Vector3{static_cast<double>(p[0]), static_cast<double>(p[1]), static_cast<double>(p[2])};
-  const double sign = dot(Vector3{v[0], v[1], v[2]}, to_sensor) < 0 ? -1 : 1;
-  for (std::size_t k = 0; k < 3; ++k) n[k] = static_cast<float>(sign * v[static_cast<Eigen::Index>(k)]);
+  const Vector3 to_sensor =
+      image_->viewpoint() - Vector3{static_cast<double>(p[0]), static_cast<double>(p[1]), static_cast<double>(p[2])};
+  n = Vector3{v[0], v[1], v[2]};
+  if (dot(n, to_sensor) < 0) n = -1.0 * n;
   return n;
 }
 
 /// Points between `low` and `high` along the axis whose distance from it is the radius to within `tolerance` (m), on
 /// the side that the sensor sees; with `by_normal` those whose normal points away from the axis.
-void PartSearch::take_points(const Cylinder& c, double low, double high, double tolerance, bool by_normal) {
+void PartSearch::take_points(const Cylinder& c, double low, double high, double tolerance, bool by_normal,
+                             Worker& w) const {
   float box[6];
   const Vector3 a = c.point + low * c.axis, b = c.point + high * c.axis;
   for (std::size_t k = 0; k < 3; ++k) {
     box[k] = static_cast<float>(std::min(a[k], b[k])), box[3 + k] = static_cast<float>(std::max(a[k], b[k]));
   }
   const auto reach = static_cast<float>(c.radius + tolerance);
-  near_.fill(*tiles_, *index_, box, box + 3, reach);
-  around_.fill(*tiles_, *index_, box, box + 3, reach + static_cast<float>(kNormalBall));
+  w.near.fill(*tiles_, *index_, box, box + 3, reach);
+  w.around.fill(*tiles_, *index_, box, box + 3, reach + static_cast<float>(kNormalBall));
   const kernels::Tiles tiles = tiles_->view();
-  const kernels::Candidates near = near_.view();
+  const kernels::Candidates near = w.near.view();
   const Vector3 to_sensor = image_->viewpoint() - c.point;
   const Vector3 ahead = normalized(to_sensor - dot(to_sensor, c.axis) * c.axis, any_perpendicular(c.axis));
   const double least = std::max(0.0, c.radius - tolerance), most = c.radius + tolerance;
-  std::vector<std::uint32_t> found;
+  std::vector<std::uint32_t>& found = w.found;
+  found.clear();
   for (std::int32_t i = 0; i < near.padded; ++i) {
     if (near.boxes[0][i] >= kernels::kFar) continue;
     for (std::uint32_t t = 0; t < kernels::kBlockTiles; ++t) {
@@ -100,7 +104,9 @@ void PartSearch::take_points(const Cylinder& c, double low, double high, double 
       const float* p = tiles.points + static_cast<std::size_t>(tile) * 48;
       for (std::uint32_t k = 0; k < kernels::kTilePoints; ++k) {
         if (!(p[k] < kernels::kFar)) continue;
-        const Vector3 d = Vector3{static_cast<double>(p[k]), static_cast<double>(p[16 + k]), static_cast<double>(p[32 + k])} - c.point;
+        const Vector3 d =
+            Vector3{static_cast<double>(p[k]), static_cast<double>(p[16 + k]), static_cast<double>(p[32 + k])} -
+            c.point;
         const double height = dot(d, c.axis);
         if (height < low || height > high) continue;
         const Vector3 across = d - height * c.axis;
@@ -111,34 +117,39 @@ void PartSearch::take_points(const Cylinder& c, double low, double high, double 
       }
     }
   }
-  band_.x.clear(), band_.y.clear(), band_.z.clear(), band_.id.clear();
+  Band& band = w.band;
+  band.x.clear(), band.y.clear(), band.z.clear(), band.id.clear();
   const std::size_t stride = (found.size() + kMostPoints - 1) / kMostPoints;
-  band_.weight = static_cast<double>(std::max<std::size_t>(stride, 1));
+  band.weight = static_cast<double>(std::max<std::size_t>(stride, 1));
   for (std::size_t i = 0; i < found.size(); i += stride) {
     const float* at = tiles.points + static_cast<std::size_t>(found[i] / 16) * 48 + found[i] % 16;
     const float p[3] = {at[0], at[16], at[32]};
     if (by_normal) {
-      const float* n = normal_of(found[i], p);
-      const Vector3 across = c.across({static_cast<double>(p[0]), static_cast<double>(p[1]), static_cast<double>(p[2])});
-      const Vector3 normal = {static_cast<double>(n[0]), static_cast<double>(n[1]), static_cast<double>(n[2])};
+      const Vector3& normal = normal_of(found[i], p, w);
+      const Vector3 across =
+          c.across({static_cast<double>(p[0]), static_cast<double>(p[1]), static_cast<double>(p[2])});
       if (dot(normal, normal) > 0.5 && dot(across, normal) < kCosNormal * norm(across)) continue;
     }
-    band_.x.push_back(p[0]), band_.y.push_back(p[1]), band_.z.push_back(p[2]);
-    band_.id.push_back(found[i]);
+    band.x.push_back(p[0]), band.y.push_back(p[1]), band.z.push_back(p[2]);
+    band.id.push_back(found[i]);
   }
-  for (auto* coordinate : {&band_.x, &band_.y, &band_.z}) coordinate->resize(coordinate->size() + 16);  // read in packs
+  for (auto* coordinate : {&band.x, &band.y, &band.z}) coordinate->resize(coordinate->size() + 16);  // read in packs
 }
 
 /// Fits the cylinder to the points between low and high and beyond, and finds the longest run of slices that are of
 /// one part and that the hand can hold from one direction.
-bool PartSearch::confirm(Cylinder c, double low, double high, Handle& handle) {
+bool PartSearch::confirm(const Group& group, Worker& w, Handle& handle) const {
+  Cylinder c = group.mean;
+  double low = group.low, high = group.high;
+  w.normals.clear();
+  Band& band = w.band;
   const double sigma = depth_noise(norm(image_->viewpoint() - c.point));
   const std::size_t least_points = 25;
   for (int pass = 0; pass < 2; ++pass) {
-    take_points(c, low, high, 0.25 * c.radius + 2 * sigma, c.radius > kNormalFrom);
-    if (band_.id.size() < least_points) return false;
+    take_points(c, low, high, 0.25 * c.radius + 2 * sigma, c.radius > kNormalFrom, w);
+    if (band.id.size() < least_points) return false;
     Cylinder fit = c;
-    refine_cylinder(band_.arrays(), sigma, 10, fit);
+    refine_cylinder(band.arrays(), sigma, 10, fit);
     if (std::fabs(dot(fit.axis, c.axis)) < 0.9 || std::fabs(fit.radius - c.radius) > 0.35 * c.radius + 0.003) break;
     // Heights keep their origin.
     fit.point = fit.point + dot(c.point - fit.point, fit.axis) * fit.axis;
@@ -150,39 +161,40 @@ bool PartSearch::confirm(Cylinder c, double low, double high, Handle& handle) {
 
   const double first_low = low, first_high = high;
   low -= kExtension, high += kExtension;
-  take_points(c, low, high, 0.25 * c.radius + 2 * sigma, c.radius > kNormalFrom);
-  if (band_.id.size() < least_points) return false;
+  take_points(c, low, high, 0.25 * c.radius + 2 * sigma, c.radius > kNormalFrom, w);
+  if (band.id.size() < least_points) return false;
   const int n = std::max(1, static_cast<int>(std::ceil((high - low) / kSlice)));
-  slices_.assign(static_cast<std::size_t>(n), {});
+  std::vector<Slice>& slices = w.slices;
+  slices.assign(static_cast<std::size_t>(n), {});
   const Vector3 to_sensor = image_->viewpoint() - c.point;
   const Vector3 ahead = normalized(to_sensor - dot(to_sensor, c.axis) * c.axis, any_perpendicular(c.axis));
   const Vector3 side = cross(c.axis, ahead);
-  const PointArrays points = band_.arrays();
+  const PointArrays points = band.arrays();
   const auto slice_of = [&](double height) {
     return static_cast<std::size_t>(std::clamp(static_cast<int>((height - low) / kSlice), 0, n - 1));
   };
   for (std::size_t i = 0; i < points.n; ++i) {
     const Vector3 d = points[i] - c.point;
     const double height = dot(d, c.axis);
-    Slice& s = slices_[slice_of(height)];
+    Slice& s = slices[slice_of(height)];
     const Vector3 across = d - height * c.axis;
     const double e = norm(across) - c.radius, angle = std::atan2(dot(across, side), dot(across, ahead));
-    s.count += band_.weight;
-    s.square += band_.weight * e * e;
+    s.count += band.weight;
+    s.square += band.weight * e * e;
     s.low = std::min(s.low, angle), s.high = std::max(s.high, angle);
   }
   // What a slice of this part usually holds: how dense the cloud is here needs no other measure.
   std::vector<double> counts;
   for (int i = 0; i < n; ++i) {
     const double middle = low + (i + 0.5) * kSlice;
-    if (middle > first_low && middle < first_high) counts.push_back(slices_[static_cast<std::size_t>(i)].count);
+    if (middle > first_low && middle < first_high) counts.push_back(slices[static_cast<std::size_t>(i)].count);
   }
   if (counts.empty()) return false;
   std::nth_element(counts.begin(), counts.begin() + static_cast<std::ptrdiff_t>(counts.size() / 2), counts.end());
   const double usual = counts[counts.size() / 2];
   std::vector<char> sound(static_cast<std::size_t>(n));
   for (std::size_t i = 0; i < sound.size(); ++i) {
-    const Slice& s = slices_[i];
+    const Slice& s = slices[i];
     sound[i] = s.count >= std::max(1.0, kLeastDensity * usual) &&
                std::sqrt(s.square / s.count) <= kRmsShare * c.radius + sigma && s.high - s.low >= kLeastCover;
   }
@@ -197,8 +209,8 @@ bool PartSearch::confirm(Cylinder c, double low, double high, Handle& handle) {
     Vector3 towards{};
     for (int i = 0; i < n; ++i) {
       if (!sound[static_cast<std::size_t>(i)]) continue;
-      const Grip grip = fingers.at(c.point + (low + (i + 0.5) * kSlice) * c.axis, c.axis, c.radius, kSlice,
-                                   FingerTest::angle(k));
+      const Grip grip =
+          fingers.at(c.point + (low + (i + 0.5) * kSlice) * c.axis, c.axis, c.radius, kSlice, FingerTest::angle(k));
       if (!grip.fits) continue;
       pass[static_cast<std::size_t>(i)] = 1;
       free[static_cast<std::size_t>(i)] = grip.free;
@@ -226,7 +238,8 @@ bool PartSearch::confirm(Cylinder c, double low, double high, Handle& handle) {
   const double begin = low + best_first * kSlice, middle = begin + 0.5 * length;
   double square = 0, error = 0;
   std::size_t count = 0, normals = 0;
-  Band run;
+  Band& run = w.run;
+  run.x.clear(), run.y.clear(), run.z.clear(), run.id.clear();
   for (std::size_t i = 0; i < points.n; ++i) {
     const Vector3 d = points[i] - c.point;
     const double height = dot(d, c.axis);
@@ -234,10 +247,9 @@ bool PartSearch::confirm(Cylinder c, double low, double high, Handle& handle) {
     const Vector3 across = d - height * c.axis;
     const double e = norm(across) - c.radius;
     square += e * e, ++count;
-    run.x.push_back(band_.x[i]), run.y.push_back(band_.y[i]), run.z.push_back(band_.z[i]), run.id.push_back(band_.id[i]);
-    const float p[3] = {band_.x[i], band_.y[i], band_.z[i]};
-    const float* m = normal_of(band_.id[i], p);
-    const Vector3 normal = {static_cast<double>(m[0]), static_cast<double>(m[1]), static_cast<double>(m[2])};
+    run.x.push_back(band.x[i]), run.y.push_back(band.y[i]), run.z.push_back(band.z[i]), run.id.push_back(band.id[i]);
+    const float p[3] = {band.x[i], band.y[i], band.z[i]};
+    const Vector3& normal = normal_of(band.id[i], p, w);
     if (dot(normal, normal) > 0.5) {
       error += std::acos(std::clamp(dot(normalized(across), normal), -1.0, 1.0));
       ++normals;
@@ -265,6 +277,10 @@ bool PartSearch::confirm(Cylinder c, double low, double high, Handle& handle) {
   handle.length = length;
   handle.confidence = std::min(1.0, length / std::max(0.06, 2 * c.radius)) * std::min(1.0, arc / 2.44) *
                       std::exp(-residual / c.radius / 0.15) * (0.4 + 0.6 * best_free);
+  handle.arc = arc;
+  handle.residual = residual;
+  handle.observed_free = best_free;
+  handle.normal_error = normal_error;
   return true;
 }
 
@@ -289,14 +305,11 @@ void PartSearch::remove_overlaps(std::vector<Handle>& handles) const {
   handles = std::move(kept);
 }
 
-void PartSearch::run(const std::vector<Affordance>& affordances, const TileStore& tiles, const NeighbourIndex& index,
-                     const DepthImage& image, std::vector<Handle>& handles, Funnel& funnel) {
-  tiles_ = &tiles, index_ = &index, image_ = &image;
-  handles.clear();
-  normal_known_.assign(static_cast<std::size_t>(tiles.blocks()) * 256, 0);
-  normals_.resize(static_cast<std::size_t>(tiles.blocks()) * 768);
+/// Groups about the best affordances first. An affordance may be in several: which one is right the points decide.
+void PartSearch::make_groups(const std::vector<Affordance>& affordances, std::vector<Group>& groups) const {
+  groups.clear();
   const std::size_t n = affordances.size();
-  std::vector<std::uint8_t> fate(n, kNotAligned), used(n, 0), failures(n, 0);
+  std::vector<std::uint8_t> uses(n, 0);
   std::vector<std::uint32_t> order(n);
   std::iota(order.begin(), order.end(), 0u);
   std::sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
@@ -305,7 +318,7 @@ void PartSearch::run(const std::vector<Affordance>& affordances, const TileStore
   const auto least = static_cast<std::size_t>(options_->handle_min_affordances);
   std::vector<std::pair<double, std::uint32_t>> members;
   for (const std::uint32_t seed : order) {
-    if (used[seed] || failures[seed] >= kMostFailures) continue;
+    if (uses[seed] >= kMostUses) continue;
     const Affordance& s = affordances[seed];
     members.clear();
     for (std::uint32_t j = 0; j < n; ++j) {
@@ -326,6 +339,7 @@ void PartSearch::run(const std::vector<Affordance>& affordances, const TileStore
     while (last + 1 < members.size() && members[last + 1].first - members[last].first < kMemberGap) ++last;
     if (last - first + 1 < least) continue;
 
+    Group group;
     Vector3 axis{}, center{};
     double weight = 0;
     std::vector<double> radii;
@@ -335,42 +349,53 @@ void PartSearch::run(const std::vector<Affordance>& affordances, const TileStore
       center = center + a.quality * a.center;
       weight += a.quality;
       radii.push_back(a.radius);
+      group.members.push_back(members[k].second);
+      if (uses[members[k].second] < kMostUses) ++uses[members[k].second];
     }
-    std::nth_element(radii.begin(), radii.begin() + static_cast<std::ptrdiff_t>(radii.size() / 2), radii.end());
-    const Cylinder mean{(1 / weight) * center, normalized(axis), radii[radii.size() / 2]};
-    double low = std::numeric_limits<double>::infinity(), high = -low;
-    for (std::size_t k = first; k <= last; ++k) {
-      const double h = dot(affordances[members[k].second].center - mean.point, mean.axis);
-      low = std::min(low, h), high = std::max(high, h);
+    const auto middle = radii.begin() + static_cast<std::ptrdiff_t>(radii.size() / 2);
+    std::nth_element(radii.begin(), middle, radii.end());
+    group.mean = {(1 / weight) * center, normalized(axis), *middle};
+    group.low = std::numeric_limits<double>::infinity(), group.high = -group.low;
+    for (const std::uint32_t j : group.members) {
+      const double h = dot(affordances[j].center - group.mean.point, group.mean.axis);
+      group.low = std::min(group.low, h - options_->finger_width / 2);
+      group.high = std::max(group.high, h + options_->finger_width / 2);
     }
-    Handle handle;
-    const double half = options_->finger_width / 2;
-    const bool good = confirm(mean, low - half, high + half, handle);
-    for (std::size_t k = first; k <= last; ++k) {
-      const std::uint32_t j = members[k].second;
-      fate[j] = std::max<std::uint8_t>(fate[j], good ? kInHandle : kUnconfirmed);
-      if (good) {
-        used[j] = 1;
-        handle.affordances.push_back(j);
-      }
-    }
-    if (!good) {
-      for (std::size_t k = first; k <= last; ++k) ++failures[members[k].second];
-      continue;
-    }
-    std::sort(handle.affordances.begin(), handle.affordances.end());
-    handles.push_back(std::move(handle));
+    std::sort(group.members.begin(), group.members.end());
+    groups.push_back(std::move(group));
+  }
+}
+
+void PartSearch::run(const std::vector<Affordance>& affordances, const TileStore& tiles, const NeighbourIndex& index,
+                     const DepthImage& image, std::vector<Handle>& handles, Funnel& funnel) {
+  tiles_ = &tiles, index_ = &index, image_ = &image;
+  std::vector<Group> groups;
+  make_groups(affordances, groups);
+  std::vector<std::uint8_t> confirmed(groups.size(), 0);
+  std::vector<Handle> found(groups.size());
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, groups.size(), 1), [&](const auto& range) {
+    Worker& worker = workers_.local();
+    for (std::size_t g = range.begin(); g < range.end(); ++g) confirmed[g] = confirm(groups[g], worker, found[g]);
+  });
+  std::vector<std::uint8_t> fate(affordances.size(), kNotAligned);
+  handles.clear();
+  for (std::size_t g = 0; g < groups.size(); ++g) {
+    for (const std::uint32_t i : groups[g].members) fate[i] = kUnconfirmed;
+    if (!confirmed[g]) continue;
+    found[g].affordances = std::move(groups[g].members);
+    handles.push_back(std::move(found[g]));
   }
   std::sort(handles.begin(), handles.end(), [](const Handle& a, const Handle& b) {
     return a.confidence != b.confidence ? a.confidence > b.confidence : a.affordances < b.affordances;
   });
-  remove_overlaps(handles);
-  const auto weak = std::find_if(handles.begin(), handles.end(),
-                                 [&](const Handle& h) { return h.confidence < options_->min_confidence; });
-  for (auto h = weak; h != handles.end(); ++h) {
-    for (const std::uint32_t i : h->affordances) fate[i] = kLowConfidence;
+  for (const Handle& h : handles) {
+    const std::uint8_t to = h.confidence < options_->min_confidence ? kLowConfidence : kInHandle;
+    for (const std::uint32_t i : h.affordances) fate[i] = std::max(fate[i], to);
   }
-  handles.erase(weak, handles.end());
+  remove_overlaps(handles);
+  handles.erase(std::find_if(handles.begin(), handles.end(),
+                             [&](const Handle& h) { return h.confidence < options_->min_confidence; }),
+                handles.end());
   for (const std::uint8_t f : fate) {
     ++(f == kNotAligned      ? funnel.not_aligned
        : f == kUnconfirmed   ? funnel.unconfirmed

@@ -42,8 +42,13 @@ struct Handle {
   Vector3 approach;                        ///< unit; direction in which a hand moves towards the part
   double radius = 0;                       ///< m
   double length = 0;                       ///< m; extent along the axis
-  double confidence = 0;                   ///< 0..1; from the number of affordances and the length; not calibrated
+  double confidence = 0;                   ///< 0..1
   std::vector<std::uint32_t> affordances;  ///< indices into Result::affordances, ascending
+  // What the confidence of the default method rests on; 0 with the paper's.
+  double arc = 0;            ///< rad; angle about the axis within which points were measured
+  double residual = 0;       ///< m; root mean square distance of the points from the cylinder
+  double observed_free = 0;  ///< 0..1; share of the fingers' volumes that was seen empty
+  double normal_error = 0;   ///< rad; mean angle between the points' normals and the cylinder's
 };
 
 /// How many samples ended at each step, in the order of the steps. The counts add up to `samples`.
