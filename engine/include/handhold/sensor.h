@@ -93,10 +93,17 @@ struct Part {
 };
 Part transformed(const Part& part, const Pose& T);
 
+/// What a surface does to the projector's light.
+struct Material {
+  double reflectance = 0.6;  ///< 0..1; share of the light that it scatters, at the projector's wavelength
+  double specular = 0;       ///< 0..1; how mirror-like: 0 scatters evenly, 1 is polished
+};
+
 struct Object {
   std::string name;
   Mesh mesh;
   std::vector<Part> parts;
+  Material material = {};
 };
 Object transformed(const Object& object, const Pose& T);
 
