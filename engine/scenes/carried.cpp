@@ -1,4 +1,5 @@
 // Things that are carried or pulled by a handle on their outside.
+#include <algorithm>
 #include <cmath>
 
 #include "family_makers.h"

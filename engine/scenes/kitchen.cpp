@@ -1,4 +1,5 @@
 // Things of the kitchen: vessels with handles, and what one stirs and rolls with.
+#include <algorithm>
 #include <cmath>
 
 #include "family_makers.h"

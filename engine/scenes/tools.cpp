@@ -1,4 +1,5 @@
 // Tools of the workshop and the garden.
+#include <algorithm>
 #include <cmath>
 
 #include "family_makers.h"
