@@ -22,7 +22,7 @@ constexpr double kPi = 3.141592653589793;
 // ---- Truth ----------------------------------------------------------------------------------------------------------
 
 TEST(Truth, PartsAreCarriedIntoTheCamerasFrame) {
-  const DepthCamera camera(CameraOptions::kinect());
+  const DepthCamera camera(table_scene_camera_options());
   const Scene scene = table_scene();
   const Pose T = table_scene_camera();
   const std::vector<Part> truth = camera.truth(scene, T);
@@ -97,7 +97,7 @@ bool has_empty_ring(const std::vector<Vector3d>& points, const Vector3d& at, con
 }
 
 TEST(TableScene, GraspablePartsHaveAnEmptyRingForTheFingers) {
-  const DepthCamera camera(CameraOptions::kinect());
+  const DepthCamera camera(table_scene_camera_options());
   const Frame frame = camera.capture(table_scene(), table_scene_camera());
   std::vector<Vector3d> points;
   for (std::size_t i = 0; i < frame.cloud.size(); ++i) {
@@ -124,7 +124,7 @@ TEST(TableScene, GraspablePartsHaveAnEmptyRingForTheFingers) {
 }
 
 TEST(TableScene, FilesInDataAreWhatTheCameraGives) {
-  const DepthCamera camera(CameraOptions::kinect());
+  const DepthCamera camera(table_scene_camera_options());
   std::ifstream file(HANDHOLD_DATA "/table_scene.truth.json");
   ASSERT_TRUE(file) << "cannot read " HANDHOLD_DATA "/table_scene.truth.json";
   const std::string text((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());
