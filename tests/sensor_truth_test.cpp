@@ -68,7 +68,7 @@ TEST(Truth, JsonHasThePartsOfEveryScene) {
             "    {\"what\": \"a \\\"rod\\\"\", \"center\": [0.1, -0.25, 1], \"axis\": [0, 0, 1],\n"
             "     \"radius\": 0.02, \"length\": 0.16, \"confidence\": 1,\n"
             "     \"centre_line\": [[0, 0, 0], [0, 0, 0.5]],\n"
-            "     \"visible\": 0.75, \"graspable\": false}\n"
+            "     \"visible\": 0.75, \"measured\": true, \"graspable\": false}\n"
             "  ],\n  \"none\": []\n}\n");
 }
 

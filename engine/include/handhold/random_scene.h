@@ -30,11 +30,11 @@ struct RandomSceneOptions {
   void validate() const;
 };
 
-/// A scene on a table top (z = 0): targets near its middle, clutter around them; shapes drawn from the families' ranges;
-/// things that stand, or lie as they come to rest from a random orientation, some on top of others; no two overlap.
-/// Where nothing more fits there is less clutter. A Kinect or Xtion looks at the middle from 0.5 to 1.3 m, 20 to 65
-/// degrees down, rolled by up to 6 degrees. Materials are mostly diffuse, some dark, some specular. Some scenes have a
-/// wall behind or a floor below the table.
+/// A scene on a table top (z = 0): targets near its middle, clutter around them; shapes drawn from the families'
+/// ranges; things that stand, or lie as they come to rest from a random orientation, some on top of others; no two
+/// overlap. Where nothing more fits there is less clutter. A Kinect or Xtion looks at the middle from 0.5 to 1.3 m, 20
+/// to 65 degrees down, rolled by up to 6 degrees. Materials are mostly diffuse, some dark, some specular. Some scenes
+/// have a wall behind or a floor below the table.
 ///
 /// The same seed and options give the same scene. The scene's name has the seed and the clutter level
 /// ("random_17_c3").
