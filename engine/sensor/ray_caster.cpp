@@ -44,6 +44,30 @@ RTCRay make_ray(const Vector3& origin, const Vector3& direction, float to) {
   return ray;
 }
 
+/// What Embree's filter is called with: the context comes first, so that the pointer to it is one to this.
+struct CollectingContext {
+  RTCIntersectContext context;
+  std::vector<Crossing>* crossings;
+};
+
+/// Notes a hit and refuses it, so that the ray goes on.
+void collect(const RTCFilterFunctionNArguments* arguments) {
+  arguments->valid[0] = 0;
+  const auto& hit = *reinterpret_cast<const RTCHit*>(arguments->hit);
+  const auto& ray = *reinterpret_cast<const RTCRay*>(arguments->ray);
+  const float along = hit.Ng_x * ray.dir_x + hit.Ng_y * ray.dir_y + hit.Ng_z * ray.dir_z;
+  reinterpret_cast<const CollectingContext*>(arguments->context)
+      ->crossings->push_back({ray.tfar, along < 0, static_cast<std::int32_t>(hit.geomID)});
+}
+
+using Visit = std::function<void(std::int32_t, std::uint32_t)>;
+
+bool visit_triangle(RTCPointQueryFunctionArguments* arguments) {
+  const auto& visit = *static_cast<const Visit*>(arguments->userPtr);
+  visit(static_cast<std::int32_t>(arguments->geomID), arguments->primID);
+  return false;  // the radius stays
+}
+
 }  // namespace
 
 struct RayCaster::Impl {
@@ -61,7 +85,8 @@ RayCaster::RayCaster(const Scene& scene) : impl_(std::make_unique<Impl>()) {
   if (!impl_->device) throw std::runtime_error("sensor: Embree gives no device; is the library for this machine?");
   impl_->scene = rtcNewScene(impl_->device);
   // Robust: a ray through a shared edge must not slip between its two triangles.
-  rtcSetSceneFlags(impl_->scene, RTC_SCENE_FLAG_ROBUST);
+  // Context filter: crossings() goes on behind each hit.
+  rtcSetSceneFlags(impl_->scene, RTC_SCENE_FLAG_ROBUST | RTC_SCENE_FLAG_CONTEXT_FILTER_FUNCTION);
   for (std::size_t i = 0; i < scene.objects.size(); ++i) {
     const Mesh& mesh = scene.objects[i].mesh;
     if (mesh.triangles.empty()) continue;
@@ -102,7 +127,7 @@ std::optional<RayHit> RayCaster::cast(const Vector3& origin, const Vector3& dire
   if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) return std::nullopt;
   const Vector3 normal = {query.hit.Ng_x, query.hit.Ng_y, query.hit.Ng_z};
   const double cosine = -dot(normal, direction) / (norm(normal) * norm(direction));
-  return RayHit{query.ray.tfar, cosine, static_cast<std::int32_t>(query.hit.geomID)};
+  return RayHit{query.ray.tfar, cosine, unit(normal), static_cast<std::int32_t>(query.hit.geomID)};
 }
 
 bool RayCaster::blocked(const Vector3& from, const Vector3& to) const {
@@ -111,6 +136,30 @@ bool RayCaster::blocked(const Vector3& from, const Vector3& to) const {
   rtcInitIntersectContext(&context);
   rtcOccluded1(impl_->scene, &context, &ray);
   return ray.tfar < 0;  // Embree's mark for a hit
+}
+
+std::vector<Crossing> RayCaster::crossings(const Vector3& origin, const Vector3& direction) const {
+  std::vector<Crossing> result;
+  RTCRayHit query = {};
+  query.ray = make_ray(origin, direction, std::numeric_limits<float>::infinity());
+  query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+  CollectingContext context;
+  rtcInitIntersectContext(&context.context);
+  context.context.filter = collect;
+  context.crossings = &result;
+  rtcIntersect1(impl_->scene, &context.context, &query);
+  return result;
+}
+
+void RayCaster::near(const Vector3& p, double distance, const Visit& visit) const {
+  RTCPointQuery query = {};
+  query.x = static_cast<float>(p[0]);
+  query.y = static_cast<float>(p[1]);
+  query.z = static_cast<float>(p[2]);
+  query.radius = static_cast<float>(1.0001 * distance + 1e-5);  // more than single precision loses
+  RTCPointQueryContext context;
+  rtcInitPointQueryContext(&context);
+  rtcPointQuery(impl_->scene, &query, &context, visit_triangle, const_cast<Visit*>(&visit));
 }
 
 }  // namespace handhold::sensor

@@ -14,5 +14,7 @@ struct Subcommand {
 
 /// `handhold localize`: from a cloud to handles.
 Subcommand add_localize(CLI::App& parent);
+/// `handhold simulate`: from scenes to clouds and truth.
+Subcommand add_simulate(CLI::App& parent);
 
 }  // namespace handhold
