@@ -110,7 +110,6 @@ class Table {
   void add(Resting thing) {
     thing.object.material = draw_material(draw_);
     thing.object.name = thing.object.family + "_" + std::to_string(things_.size() + 1);
-    // What carries something carries nothing else: the next thing could stand in it.
     things_.push_back(std::move(thing));
   }
 
