@@ -43,8 +43,9 @@ struct Step {
 };
 
 std::vector<Step> sample_steps(const Options& o, const Funnel& f) {
+  const bool paper = o.method == Method::kPaper;
   std::string radii;
-  for (const double r : o.radius) radii += (radii.empty() ? "" : " ") + number(r);
+  for (const double r : o.effective_radius()) radii += (radii.empty() ? "" : " ") + number(r);
   return {
       {f.too_few_points, "had too few points around them",
        setting("min_neighbours", o.min_neighbours) + ", radius = " + radii + " m",
@@ -53,12 +54,18 @@ std::vector<Step> sample_steps(const Options& o, const Funnel& f) {
        "no option makes them curved; --workspace keeps samples off tables and walls"},
       {f.curvature_low, "lay on a surface too flat for the hand", setting("reach", o.effective_reach(), "m"),
        "raise --reach or --hand-aperture if the hand is larger; --workspace keeps samples off tables and walls"},
+      {f.concave, "lay in a hollow", "", "nothing can be held there from the sensor's side"},
       {f.circle_wide, "lay on something wider than the hand opens", setting("hand_aperture", o.hand_aperture, "m"),
        "raise --hand-aperture if the hand opens wider; a smaller --radius fits smaller circles"},
       {f.circle_narrow, "lay on something narrower than the hand closes", setting("hand_minimum", o.hand_minimum, "m"),
        "lower --hand-minimum if the hand closes further"},
-      {f.no_gap, "had no free gap for the fingers around them", setting("finger_thickness", o.finger_thickness, "m"),
-       "lower --finger-thickness or --finger-width, or raise --shell-gap-area-mm2 for a noisy sensor"},
+      {f.poor_fit, "lay on a surface that no cylinder fits", "", "other --radius values fit parts of other sizes"},
+      paper ? Step{f.no_gap, "had no free gap for the fingers around them",
+                   setting("finger_thickness", o.finger_thickness, "m"),
+                   "lower --finger-thickness or --finger-width, or raise --shell-gap-area-mm2 for a noisy sensor"}
+            : Step{f.no_gap, "had no place for two fingers that was seen to be empty",
+                   setting("finger_thickness", o.finger_thickness, "m") + ", " + setting("min_free", o.min_free),
+                   "lower --finger-thickness or --min-free"},
       {f.shell_empty, "had a gap, but too little surface within it",
        setting("shell_inner_area_mm2", o.shell_inner_area_mm2, "mm^2"),
        "lower --shell-inner-area-mm2 or raise --finger-width"},
@@ -72,6 +79,9 @@ std::vector<Step> affordance_steps(const Options& o, const Funnel& f) {
            setting("align_angle", o.align_angle, "rad") + ", " + setting("align_offset", o.align_offset, "m") + ", " +
            setting("align_radius", o.align_radius, "m"),
        "raise --samples, --align-angle, --align-offset or --align-radius, or lower --handle-min-affordances"},
+      {f.unconfirmed, "belonged to groups that the points of the cloud do not bear out",
+       setting("min_free", o.min_free),
+       "raise --samples; the part is short, of several pieces, or beside space that was not seen"},
       {f.too_short, "stood in a row too short for a handle", setting("handle_min_length", o.handle_min_length, "m"),
        "lower --handle-min-length, or raise --handle-gap or --samples"},
       {f.low_confidence, "belonged to handles of low confidence", setting("min_confidence", o.min_confidence),

@@ -37,12 +37,15 @@ Json funnel_json(const Funnel& funnel) {
           {"too_few_points", funnel.too_few_points},
           {"flat", funnel.flat},
           {"curvature_low", funnel.curvature_low},
+          {"concave", funnel.concave},
           {"circle_wide", funnel.circle_wide},
           {"circle_narrow", funnel.circle_narrow},
+          {"poor_fit", funnel.poor_fit},
           {"no_gap", funnel.no_gap},
           {"shell_empty", funnel.shell_empty},
           {"affordances", funnel.affordances},
           {"not_aligned", funnel.not_aligned},
+          {"unconfirmed", funnel.unconfirmed},
           {"too_short", funnel.too_short},
           {"low_confidence", funnel.low_confidence},
           {"in_handles", funnel.in_handles}};
@@ -51,22 +54,28 @@ Json funnel_json(const Funnel& funnel) {
 Json times_json(const StageTimes& times) {
   Json json = Json::object();
   for (const auto& [name, stage] : kStages) {
-    if (stage == &StageTimes::handles) json["visibility"] = 0;  // a name of the schema; no such test is run yet
     json[name] = times.*stage;
   }
   return json;
 }
 
 Json handle_json(const Handle& handle) {
-  return {{"center", handle.center},          {"axis", handle.axis},     {"approach", handle.approach},
-          {"radius", handle.radius},          {"length", handle.length}, {"confidence", handle.confidence},
+  return {{"center", handle.center},
+          {"axis", handle.axis},
+          {"approach", handle.approach},
+          {"radius", handle.radius},
+          {"length", handle.length},
+          {"confidence", handle.confidence},
+          {"arc", handle.arc},
+          {"residual", handle.residual},
+          {"observed_free", handle.observed_free},
+          {"normal_error", handle.normal_error},
           {"affordances", handle.affordances}};
 }
 
 Json affordance_json(const Affordance& affordance) {
-  // observed_free: nothing was observed, because no visibility test is run yet.
   return {{"center", affordance.center}, {"axis", affordance.axis}, {"normal", affordance.normal},
-          {"radius", affordance.radius}, {"gap", affordance.gap},   {"observed_free", 0}};
+          {"radius", affordance.radius}, {"gap", affordance.gap},   {"observed_free", affordance.observed_free}};
 }
 
 /// One line per handle and per affordance: short, and still a text that a person or `diff` can read.

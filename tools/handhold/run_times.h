@@ -10,9 +10,9 @@ namespace handhold {
 
 /// The stages by the names that JSON and tables give them, in the order of the work; `total` comes last.
 inline constexpr std::pair<const char*, double StageTimes::*> kStages[] = {
-    {"index", &StageTimes::index},     {"samples", &StageTimes::samples}, {"neighbours", &StageTimes::neighbours},
-    {"moments", &StageTimes::moments}, {"fit", &StageTimes::fit},         {"shell", &StageTimes::shell},
-    {"handles", &StageTimes::handles}, {"total", &StageTimes::total},
+    {"index", &StageTimes::index},           {"samples", &StageTimes::samples}, {"neighbours", &StageTimes::neighbours},
+    {"moments", &StageTimes::moments},       {"fit", &StageTimes::fit},         {"shell", &StageTimes::shell},
+    {"visibility", &StageTimes::visibility}, {"handles", &StageTimes::handles}, {"total", &StageTimes::total},
 };
 
 struct RunTimes {
