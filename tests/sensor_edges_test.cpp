@@ -135,6 +135,32 @@ TEST(LateralNoise, OutlinesJitterByItsSpreadAndSurfacesStay) {
   }
 }
 
+TEST(LateralNoise, BordersOfShadowsJitterToo) {
+  CameraOptions options;
+  options.noise.shadows = true;
+  const Cloud sharp = DepthCamera(options).capture(board_before_wall(), Pose{}).cloud;
+  options.noise.lateral_sigma = 1.5;
+  const Cloud jittered = DepthCamera(options).capture(board_before_wall(), Pose{}).cloud;
+  const Outline board = outline(options);
+  const double border = board.left - options.fx * options.noise.baseline * (1 / kNear - 1 / kFar);
+  int lost = 0, gained = 0;
+  for (std::uint32_t v = 0; v < options.height; ++v) {
+    if (v < board.top + 12 || v > board.bottom - 12) continue;
+    for (std::uint32_t u = 0; u < board.left - 8; ++u) {  // short of the outline
+      const std::size_t i = v * options.width + u;
+      if (std::abs(u - border) > 8) {
+        ASSERT_TRUE(same_bytes(sharp, jittered, i)) << u << " " << v;
+      }
+      lost += measured(sharp, i) && !measured(jittered, i);
+      gained += !measured(sharp, i) && measured(jittered, i);
+    }
+  }
+  // On average 0.4 sigma on either side.
+  const double rows = board.bottom - board.top - 24;
+  EXPECT_NEAR(lost, 0.4 * 1.5 * rows, 5 * std::sqrt(rows));
+  EXPECT_NEAR(gained, 0.4 * 1.5 * rows, 5 * std::sqrt(rows));
+}
+
 // ---- Mixed pixels ---------------------------------------------------------------------------------------------------
 
 TEST(MixedPixels, OnlyBesideEdgesInTheGivenShares) {
