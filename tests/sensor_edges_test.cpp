@@ -92,45 +92,49 @@ TEST(LateralNoise, SpreadIsAsPublished) {
 }
 
 TEST(LateralNoise, OutlinesJitterByItsSpreadAndSurfacesStay) {
-  for (const double correlation : {0.0, 3.0}) {
-    // Share of pixels that see the board, by signed distance from its left edge (px, outside to inside).
-    constexpr int kBins = 13;
-    constexpr double kSigma = 1.5;
-    std::vector<double> seen(kBins), expected(kBins), n(kBins);
-    for (int shot = 0; shot < 5; ++shot) {
-      CameraOptions options;
-      options.cx += 0.2 * shot;  // the edge at all places within a pixel
-      const Cloud bare = DepthCamera(options).capture(board_before_wall(), Pose{}).cloud;
-      options.noise.lateral_sigma = kSigma;
-      options.noise.correlation_u = options.noise.correlation_v = correlation;
-      options.seed = 10 + shot;
-      const Frame frame = DepthCamera(options).capture(board_before_wall(), Pose{});
-      const Outline board = outline(options);
-      for (std::uint32_t v = 0; v < options.height; ++v) {
-        for (std::uint32_t u = 0; u < options.width; ++u) {
-          const std::size_t i = v * options.width + u;
-          ASSERT_NEAR(frame.cloud.xyz[3 * i + 2], frame.object[i] == kBoard ? kNear : kFar, 1e-6) << "no depth between";
-          const double inside =
-              std::min(std::min(u - board.left, board.right - u), std::min(v - board.top, board.bottom - v));
-          if (std::abs(inside) > 7 * kSigma && u > 12 && u < 628) {
-            ASSERT_TRUE(same_bytes(bare, frame.cloud, i)) << u << " " << v;
-          }
-          // Away from corners one edge is all there is.
-          if (v < board.top + 20 || v > board.bottom - 20) continue;
-          const int bin = static_cast<int>(std::floor(u - board.left + kBins / 2.0));
+  // A board over everything with x < 0 (or y < 0), seen through a slot across its outline.
+  constexpr double kSigma = 1.5;
+  constexpr int kLength = 400, kBins = 13, kShots = 40;
+  for (const bool rows : {false, true}) {
+    Scene scene = wall(kFar);
+    scene.add({"board", box(rows ? 4 : 2, rows ? 2 : 4, 0.0002), {}},
+              translation(rows ? 0 : -1, rows ? -1 : 0, kNear + 0.0001));
+    for (const double correlation : {0.0, 3.0}) {
+      // By distance from the outline (px): how many pixels see the board, and how many ought to.
+      std::vector<double> seen(kBins), expected(kBins), n(kBins);
+      int between = 0, moved = 0;
+      for (int shot = 0; shot < kShots; ++shot) {
+        CameraOptions options;
+        options.width = rows ? kLength : 40;
+        options.height = rows ? 40 : kLength;
+        options.cx = options.width / 2.0 + (rows ? 0 : 0.1 * shot);  // the outline at all places within a pixel
+        options.cy = options.height / 2.0 + (rows ? 0.1 * shot : 0);
+        const Cloud bare = DepthCamera(options).capture(scene, Pose{}).cloud;
+        options.noise.lateral_sigma = kSigma;
+        options.noise.correlation_u = options.noise.correlation_v = correlation;
+        options.seed = 10 + shot;
+        const Frame frame = DepthCamera(options).capture(scene, Pose{});
+        for (std::size_t i = 0; i < bare.size(); ++i) {
+          const double outside = rows ? static_cast<double>(i / options.width) - options.cy
+                                      : static_cast<double>(i % options.width) - options.cx;
+          between += std::abs(frame.cloud.xyz[3 * i + 2] - (frame.object[i] == kBoard ? kNear : kFar)) > 1e-6;
+          moved += std::abs(outside) > 7 * kSigma && !same_bytes(bare, frame.cloud, i);
+          const int bin = static_cast<int>(std::floor(outside + kBins / 2.0));
           if (bin < 0 || bin >= kBins) continue;
           seen[bin] += frame.object[i] == kBoard;
-          expected[bin] += 0.5 * std::erfc(-(u - board.left) / kSigma / std::sqrt(2.0));
+          expected[bin] += 0.5 * std::erfc(outside / kSigma / std::sqrt(2.0));
           ++n[bin];
         }
       }
-    }
-    for (int bin = 0; bin < kBins; ++bin) {
-      const double share = expected[bin] / n[bin];
-      // Neighbours along the edge that draw alike count as fewer.
-      const double independent = n[bin] / std::max(1.0, correlation * std::sqrt(3.14159 / 2));
-      EXPECT_NEAR(seen[bin] / n[bin], share, 5 * std::sqrt((share * (1 - share) + 1e-4) / independent))
-          << "bin " << bin << ", correlation " << correlation;
+      EXPECT_EQ(between, 0) << "a depth that is neither the board's nor the wall's";
+      EXPECT_EQ(moved, 0) << "far from the outline";
+      for (int bin = 0; bin < kBins; ++bin) {
+        const double share = expected[bin] / n[bin];
+        // Neighbours along the outline that draw alike count as fewer.
+        const double independent = n[bin] / std::max(1.0, correlation * 1.77);
+        EXPECT_NEAR(seen[bin] / n[bin], share, 5 * std::sqrt((share * (1 - share) + 1e-5) / independent))
+            << "bin " << bin << ", correlation " << correlation << (rows ? ", rows" : ", columns");
+      }
     }
   }
 }
