@@ -14,5 +14,7 @@ struct Subcommand {
 
 /// `handhold localize`: from a cloud to handles.
 Subcommand add_localize(CLI::App& parent);
+/// `handhold evaluate`: results against the truth.
+Subcommand add_evaluate(CLI::App& parent);
 
 }  // namespace handhold
