@@ -239,7 +239,7 @@ TEST(DepthCamera, BadMeshThrows) {
 
 TEST(Noise, MeanAndSpreadAreThoseOfTheModel) {
   for (const double z : {0.35, 0.8, 1.6, 3.0}) {
-    CameraOptions options = CameraOptions::kinect();
+    CameraOptions options = table_scene_camera_options();
     options.noise.disparity_step = 0;
     const Frame frame = DepthCamera(options).capture(wall(z), Pose{});
     const double sigma = 0.0008 + 0.0019 * std::pow(std::max(0.0, z - 0.4), 2);
@@ -260,7 +260,7 @@ TEST(Noise, MeanAndSpreadAreThoseOfTheModel) {
 }
 
 TEST(Noise, PixelsDoNotDependOnEachOther) {
-  CameraOptions options = CameraOptions::kinect();
+  CameraOptions options = table_scene_camera_options();
   options.noise.disparity_step = 0;
   const Frame frame = DepthCamera(options).capture(wall(1), Pose{});
   double right = 0, down = 0, variance = 0;
@@ -335,7 +335,7 @@ TEST(Noise, DefaultChangesNothing) {
 
 TEST(Noise, TheSeedDecidesTheBytes) {
   CameraOptions options = small_camera();
-  options.noise = CameraOptions::kinect().noise;
+  options.noise = table_scene_camera_options().noise;
   const auto shot = [&](std::uint64_t seed) {
     options.seed = seed;
     return DepthCamera(options).capture(table_scene(), table_scene_camera()).cloud.xyz;

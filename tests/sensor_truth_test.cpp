@@ -22,7 +22,7 @@ constexpr double kPi = 3.141592653589793;
 // ---- Truth ----------------------------------------------------------------------------------------------------------
 
 TEST(Truth, PartsAreCarriedIntoTheCamerasFrame) {
-  const DepthCamera camera(CameraOptions::kinect());
+  const DepthCamera camera(table_scene_camera_options());
   const Scene scene = table_scene();
   const Pose T = table_scene_camera();
   const std::vector<Part> truth = camera.truth(scene, T);
@@ -68,7 +68,7 @@ TEST(Truth, JsonHasThePartsOfEveryScene) {
             "    {\"what\": \"a \\\"rod\\\"\", \"center\": [0.1, -0.25, 1], \"axis\": [0, 0, 1],\n"
             "     \"radius\": 0.02, \"length\": 0.16, \"confidence\": 1,\n"
             "     \"centre_line\": [[0, 0, 0], [0, 0, 0.5]],\n"
-            "     \"visible\": 0.75, \"graspable\": false}\n"
+            "     \"visible\": 0.75, \"measured\": true, \"graspable\": false}\n"
             "  ],\n  \"none\": []\n}\n");
 }
 
@@ -97,7 +97,7 @@ bool has_empty_ring(const std::vector<Vector3d>& points, const Vector3d& at, con
 }
 
 TEST(TableScene, GraspablePartsHaveAnEmptyRingForTheFingers) {
-  const DepthCamera camera(CameraOptions::kinect());
+  const DepthCamera camera(table_scene_camera_options());
   const Frame frame = camera.capture(table_scene(), table_scene_camera());
   std::vector<Vector3d> points;
   for (std::size_t i = 0; i < frame.cloud.size(); ++i) {
@@ -124,7 +124,7 @@ TEST(TableScene, GraspablePartsHaveAnEmptyRingForTheFingers) {
 }
 
 TEST(TableScene, FilesInDataAreWhatTheCameraGives) {
-  const DepthCamera camera(CameraOptions::kinect());
+  const DepthCamera camera(table_scene_camera_options());
   std::ifstream file(HANDHOLD_DATA "/table_scene.truth.json");
   ASSERT_TRUE(file) << "cannot read " HANDHOLD_DATA "/table_scene.truth.json";
   const std::string text((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());

@@ -273,7 +273,7 @@ TEST(Simulated, DemonstrationSceneGivesItsGraspableParts) {
   const sensor::Scene scene = sensor::table_scene();
   const sensor::Pose T_world_camera = sensor::table_scene_camera();
   const Vector3d mug_rim(0.16, -0.08, 0.105), bowl_rim(0.03, 0.08, 0.055);
-  for (const sensor::CameraOptions& options : {sensor::CameraOptions{}, sensor::CameraOptions::kinect()}) {
+  for (const sensor::CameraOptions& options : {sensor::CameraOptions{}, sensor::table_scene_camera_options()}) {
     SCOPED_TRACE(options.noise.axial_sigma > 0 ? "with noise" : "without noise");
     const sensor::DepthCamera camera(options);
     const std::vector<sensor::Part> truth = camera.truth(scene, T_world_camera);

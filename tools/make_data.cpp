@@ -15,7 +15,7 @@ int main(int argc, char** argv) try {
   const std::string folder = argv[1];
   using namespace handhold;
   const sensor::Scene scene = sensor::table_scene();
-  const sensor::DepthCamera camera(sensor::CameraOptions::kinect());
+  const sensor::DepthCamera camera(sensor::table_scene_camera_options());
   const sensor::Pose T_world_camera = sensor::table_scene_camera();
 
   const sensor::Frame frame = camera.capture(scene, T_world_camera);

@@ -56,7 +56,7 @@ Part transformed(const Part& part, const Pose& T) {
 }
 
 Object transformed(const Object& object, const Pose& T) {
-  Object result = {object.name, transformed(object.mesh, T), {}};
+  Object result = {object.name, transformed(object.mesh, T), {}, object.material};
   for (const Part& part : object.parts) result.parts.push_back(transformed(part, T));
   return result;
 }

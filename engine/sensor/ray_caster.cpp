@@ -127,7 +127,7 @@ std::optional<RayHit> RayCaster::cast(const Vector3& origin, const Vector3& dire
   if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) return std::nullopt;
   const Vector3 normal = {query.hit.Ng_x, query.hit.Ng_y, query.hit.Ng_z};
   const double cosine = -dot(normal, direction) / (norm(normal) * norm(direction));
-  return RayHit{query.ray.tfar, cosine, static_cast<std::int32_t>(query.hit.geomID)};
+  return RayHit{query.ray.tfar, cosine, unit(normal), static_cast<std::int32_t>(query.hit.geomID)};
 }
 
 bool RayCaster::blocked(const Vector3& from, const Vector3& to) const {

@@ -14,6 +14,7 @@ namespace handhold::sensor {
 struct RayHit {
   double t;              ///< multiple of the ray's direction
   double cos_incidence;  ///< between the outward normal and the way back; negative: the surface was hit from inside
+  Vector3 normal;        ///< unit, out of the solid
   std::int32_t object;   ///< index into Scene::objects
 };
 

@@ -20,4 +20,15 @@ Pose table_scene_camera() {
   return look_at({0.02, -0.62, 0.56}, {0, 0, 0.05});
 }
 
+CameraOptions table_scene_camera_options() {
+  CameraOptions options;
+  options.max_range = 4.0;
+  options.noise.axial_sigma = 0.0008;
+  options.noise.axial_growth = 0.0019;
+  options.noise.disparity_step = 0.125;
+  options.noise.dropout_from = 1.22;
+  options.noise.dropout_to = 1.48;
+  return options;
+}
+
 }  // namespace handhold::sensor

@@ -132,6 +132,7 @@ std::string truth_json(const std::vector<std::pair<std::string, std::vector<Part
       text += ", \"confidence\": " + number(part.confidence) + ",\n     \"centre_line\": [";
       for (std::size_t k = 0; k < part.centre_line.size(); ++k) text += (k ? ", " : "") + list(part.centre_line[k]);
       text += "],\n     \"visible\": " + number(part.visible);
+      text += std::string(", \"measured\": ") + (part.measured ? "true" : "false");
       text += std::string(", \"graspable\": ") + (part.graspable ? "true" : "false") + "}";
     }
     text += parts.empty() ? "]" : "\n  ]";

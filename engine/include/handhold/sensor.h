@@ -84,19 +84,29 @@ struct Part {
   std::string what;
   Vector3 center;                    ///< m; middle of the centre line
   Vector3 axis;                      ///< unit, tangent of the centre line there; largest component positive
-  double radius = 0;                 ///< m; of a section that is not round: mean of its half sizes
+  double radius = 0;                 ///< m; of a section that is not round: half of its larger side
   double length = 0;                 ///< m; along the centre line
   double confidence = 1;             ///< 0..1; below 0.5: right if it is found, but not asked for
   std::vector<Vector3> centre_line;  ///< m; at least two points
   double visible = 1;     ///< 0..1; share of the camera-facing surface that the camera sees; 1 before truth is taken
   bool graspable = true;  ///< an 0.08 m hand with 0.01 m fingers can envelop it where it stands
+  /// At least 20 mm of the centre line are *visible* in a frame: every 5 mm slice there has 10 measured points that
+  /// span 60 degrees of arc. True before a frame is taken.
+  bool measured = true;
 };
 Part transformed(const Part& part, const Pose& T);
+
+/// What a surface does to the projector's light.
+struct Material {
+  double reflectance = 0.6;  ///< 0..1; share of the light that it scatters, at the projector's wavelength
+  double specular = 0;       ///< 0..1; how mirror-like: 0 scatters evenly, 1 is polished
+};
 
 struct Object {
   std::string name;
   Mesh mesh;
   std::vector<Part> parts;
+  Material material = {};
 };
 Object transformed(const Object& object, const Pose& T);
 
@@ -125,28 +135,68 @@ Pose table_scene_camera();
 
 // ---- Camera ---------------------------------------------------------------------------------------------------------
 
-/// What the sensor does to depth z, in this order: drop-outs, axial noise, quantization. The default changes nothing.
-/// Points stay on the ray of their pixel.
+/// What the sensor does to depth z. Each effect stands alone, and the default changes nothing. In this order:
+///   1. lateral noise: near a depth edge a pixel looks past the edge, so that outlines jitter;
+///   2. shadows: what the projector does not reach is not measured;
+///   3. drop-outs: at grazing incidence, in highlights, on dark surfaces, beside depth edges;
+///   4. mixed pixels beside depth edges;
+///   5. axial noise, then quantization.
+/// Points stay on the ray of their pixel. The incidence theta is the angle between a surface's normal and the way to
+/// the camera.
 struct NoiseOptions {
-  /// Standard deviation along the optical axis: axial_sigma + axial_growth * max(0, z - axial_from)^2.
+  /// Standard deviation along the optical axis, before quantization (Nguyen, Izadi, Lovell: "Modeling Kinect sensor
+  /// noise for improved 3D reconstruction and tracking", 3DIMPVT 2012):
+  /// axial_sigma + axial_growth * max(0, z - axial_from)^2 + axial_slant / sqrt(z) * theta^2 / (pi/2 - theta)^2.
   double axial_sigma = 0;   ///< m, >= 0
   double axial_growth = 0;  ///< 1/m, >= 0
   double axial_from = 0.4;  ///< m, >= 0
+  double axial_slant = 0;   ///< m^(3/2), >= 0
+  /// Standard deviation across the optical axis, in each direction of the image (same paper):
+  /// lateral_sigma + lateral_slant * theta / (pi/2 - theta). It moves outlines and leaves depth within a surface alone:
+  /// there, the axial noise as published has it already.
+  double lateral_sigma = 0;  ///< px, >= 0
+  double lateral_slant = 0;  ///< px, >= 0
+  /// A sensor that matches windows of its image errs alike at neighbouring pixels: axial noise, lateral noise and
+  /// drop-outs of pixels (du, dv) apart correlate by exp(-(du/correlation_u)^2 - (dv/correlation_v)^2), less where
+  /// these are below 2 px. What happens at a single pixel is as likely as without. 0: independent along that direction.
+  double correlation_u = 0;  ///< px, 0 .. 16; along rows
+  double correlation_v = 0;  ///< px, 0 .. 16; along columns
   /// Triangulation measures disparity = disparity_focal * baseline / z in steps; 0 turns it off.
   double disparity_step = 0;     ///< px, >= 0
   double disparity_focal = 575;  ///< px, > 0
-  double baseline = 0.075;       ///< m, > 0; from the projector to the camera
-  /// A surface seen at an angle of incidence (from its normal) below dropout_from is always measured, beyond dropout_to
-  /// never; the probability is linear in between.
+  /// The projector stands this far from the camera along the image's +x, so that shadows fall to the left of things.
+  double baseline = 0.075;  ///< m, > 0
+  bool shadows = false;     ///< whether only what the projector reaches is measured
+  /// A surface with an incidence below dropout_from is always measured, beyond dropout_to never; the probability is
+  /// linear in between.
   double dropout_from = 1.5707963267948966;  ///< rad, 0 .. pi/2
   double dropout_to = 1.5707963267948966;    ///< rad, dropout_from .. pi/2
+  /// The mirror image of the projector blinds the camera: where the normal and the bisector of the ways to camera and
+  /// projector are an angle a apart, a surface is lost with probability specular * exp(-(a / glare_width)^2).
+  double glare_width = 0;  ///< rad, 0 .. pi/2; 0: no glare
+  /// Light that comes back: reflectance * (1 - specular) * cos(theta) / distance^2. A surface with signal_full or more
+  /// is always measured, below signal_none never; the probability is linear in between.
+  double signal_full = 0;  ///< 1/m^2, >= signal_none; 0: darkness does not matter
+  double signal_none = 0;  ///< 1/m^2, >= 0
+  /// Neighbouring pixels (of four) have a depth edge between them when no plane through either explains the other's
+  /// depth to within edge_step. Of the pixels beside an edge, a share edge_dropout gives nothing, and a share mixed
+  /// gives a depth anywhere between its own surface and the one across the edge if that was measurable.
+  double edge_step = 0.01;  ///< m, > 0; lateral noise takes the same edges
+  double edge_dropout = 0;  ///< 0 .. 1
+  double mixed = 0;         ///< 0 .. 1 - edge_dropout
 
-  /// Axial standard deviation at depth z (m).
-  double sigma(double z) const;
+  /// Axial standard deviation (m) at depth z (m) and incidence (rad; beyond 85 degrees as at 85).
+  double sigma(double z, double incidence = 0) const;
+  /// Lateral standard deviation (px) at this incidence (rad; beyond 85 degrees as at 85).
+  double lateral(double incidence) const;
   /// z after disparity quantization (m).
   double quantized(double z) const;
   /// Probability that a surface at this angle of incidence (rad) gives no measurement.
   double dropout(double incidence) const;
+  /// Probability that a highlight takes the measurement; `angle` (rad) as in glare_width.
+  double glare(double specular, double angle) const;
+  /// Probability that too little light (1/m^2) comes back.
+  double darkness(double signal) const;
 };
 
 struct CameraOptions {
@@ -164,9 +214,16 @@ struct CameraOptions {
   /// @throws std::invalid_argument naming the first option that is out of range, its value and what would be valid
   void validate() const;
 
-  /// Structured light as in the first Kinect. The axial noise is that of a single pixel before quantization.
+  /// Structured light as in the first Kinect, every effect on: axial and lateral noise as Nguyen et al. published
+  /// them, disparity in eighths of a pixel (Khoshelham, Elberink: "Accuracy and resolution of Kinect depth data",
+  /// Sensors 12, 2012). Correlation and the shares at edges were measured on frames of such a sensor.
   static CameraOptions kinect();
+  /// Asus Xtion Pro: the same principle with its own lens and range.
+  static CameraOptions xtion();
 };
+
+/// The camera of data/table_scene.pcd: quantization, independent axial noise and drop-outs at grazing incidence only.
+CameraOptions table_scene_camera_options();
 
 /// What one shot gives.
 struct Frame {
