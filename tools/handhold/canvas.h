@@ -86,6 +86,15 @@ class Canvas {
     }
   }
 
+  /// Another canvas with its upper left corner at (x0, y0); what does not fit is cut off.
+  void paste(const Canvas& other, int x0, int y0) {
+    for (int y = std::max(0, -y0); y < std::min(other.height_, height_ - y0); ++y) {
+      for (int x = std::max(0, -x0); x < std::min(other.width_, width_ - x0); ++x) {
+        at(x0 + x, y0 + y) = other.pixels_[other.index(x, y)];
+      }
+    }
+  }
+
   /// Text with its upper left corner at (x0, y0) and a halo of `halo` px in the background's colour.
   void text(std::string_view line, int x0, int y0, int scale, const Color& color, int halo, const Color& background) {
     const int width = text_width(line, scale), height = kGlyphHeight * scale;

@@ -21,7 +21,7 @@ int run(int argc, char** argv) {
   app.require_subcommand(0, 1);
   bool version = false;
   app.add_flag("--version", version, "Print the version and exit");
-  const std::vector<Subcommand> subcommands = {add_localize(app), add_simulate(app)};
+  const std::vector<Subcommand> subcommands = {add_localize(app), add_simulate(app), add_evaluate(app)};
 
   std::vector<std::string> arguments = join_lists({argv + 1, argv + argc});
   std::vector<std::string> reversed(arguments.rbegin(), arguments.rend());

@@ -16,5 +16,7 @@ struct Subcommand {
 Subcommand add_localize(CLI::App& parent);
 /// `handhold simulate`: from scenes to clouds and truth.
 Subcommand add_simulate(CLI::App& parent);
+/// `handhold evaluate`: results against the truth.
+Subcommand add_evaluate(CLI::App& parent);
 
 }  // namespace handhold
