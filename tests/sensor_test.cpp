@@ -2,11 +2,9 @@
 #include "handhold/sensor.h"
 
 #include <gtest/gtest.h>
-#include <tbb/global_control.h>
 
 #include <Eigen/Dense>
 #include <cmath>
-#include <cstring>
 #include <functional>
 #include <map>
 #include <stdexcept>
@@ -44,24 +42,6 @@ double distance_to_mesh(const Vector3d& p, const Mesh& mesh) {
                                                eigen(mesh.vertices[t[2]])));
   }
   return best;
-}
-
-/// Small and quick: 160x120 pixels with the field of view of the full image.
-CameraOptions small_camera() {
-  CameraOptions options;
-  options.width = 160;
-  options.height = 120;
-  options.fx = options.fy = 575.0 / 4;
-  options.cx = 79.5;
-  options.cy = 59.5;
-  return options;
-}
-
-/// A board across the optical axis at depth z, in the camera's frame.
-Scene wall(double z) {
-  Scene scene;
-  scene.add({"wall", box(4, 4, 0.1), {}}, translation(0, 0, z + 0.05));
-  return scene;
 }
 
 // ---- Camera without noise -------------------------------------------------------------------------------------------
@@ -235,120 +215,19 @@ TEST(DepthCamera, BadMeshThrows) {
   EXPECT_THROW(DepthCamera().capture(scene, Pose{}), std::invalid_argument);
 }
 
-// ---- Noise ----------------------------------------------------------------------------------------------------------
-
-TEST(Noise, MeanAndSpreadAreThoseOfTheModel) {
-  for (const double z : {0.35, 0.8, 1.6, 3.0}) {
-    CameraOptions options = table_scene_camera_options();
-    options.noise.disparity_step = 0;
-    const Frame frame = DepthCamera(options).capture(wall(z), Pose{});
-    const double sigma = 0.0008 + 0.0019 * std::pow(std::max(0.0, z - 0.4), 2);
-    double sum = 0, sum2 = 0, beyond = 0;
-    const auto n = static_cast<double>(frame.cloud.size());
-    ASSERT_EQ(measured_points(frame.cloud), frame.cloud.size());
-    for (std::size_t i = 0; i < frame.cloud.size(); ++i) {
-      const double e = frame.cloud.xyz[3 * i + 2] - z;
-      sum += e;
-      sum2 += e * e;
-      beyond += std::abs(e) > 1.959964 * sigma;
-    }
-    // Five standard errors of each estimate.
-    EXPECT_NEAR(sum / n, 0, 5 * sigma / std::sqrt(n)) << "z = " << z;
-    EXPECT_NEAR(std::sqrt(sum2 / n), sigma, 5 * sigma / std::sqrt(2 * n)) << "z = " << z;
-    EXPECT_NEAR(beyond / n, 0.05, 5 * std::sqrt(0.05 * 0.95 / n)) << "z = " << z;
-  }
-}
-
-TEST(Noise, PixelsDoNotDependOnEachOther) {
-  CameraOptions options = table_scene_camera_options();
-  options.noise.disparity_step = 0;
-  const Frame frame = DepthCamera(options).capture(wall(1), Pose{});
-  double right = 0, down = 0, variance = 0;
-  for (std::size_t v = 0; v + 1 < 480; ++v) {
-    for (std::size_t u = 0; u + 1 < 640; ++u) {
-      const std::size_t i = v * 640 + u;
-      const double e = frame.cloud.xyz[3 * i + 2] - 1;
-      variance += e * e;
-      right += e * (frame.cloud.xyz[3 * (i + 1) + 2] - 1);
-      down += e * (frame.cloud.xyz[3 * (i + 640) + 2] - 1);
+TEST(DepthCamera, BadMaterialThrowsAndNamesTheObject) {
+  for (const Material& material : {Material{-0.1, 0}, Material{0.5, 1.5}, Material{NAN, 0}}) {
+    Scene scene = wall(1);
+    scene.objects[0].material = material;
+    try {
+      DepthCamera().capture(scene, Pose{});
+      ADD_FAILURE() << "was accepted";
+    } catch (const std::invalid_argument& error) {
+      const std::string what = error.what();
+      EXPECT_NE(what.find("'wall' has material."), std::string::npos) << what;
+      EXPECT_NE(what.find("must be 0 to 1"), std::string::npos) << what;
     }
   }
-  const double bound = 5 / std::sqrt(639.0 * 479.0);
-  EXPECT_LT(std::abs(right / variance), bound);
-  EXPECT_LT(std::abs(down / variance), bound);
-}
-
-TEST(Noise, QuantizedDepthIsAWholeNumberOfDisparitySteps) {
-  NoiseOptions noise;
-  noise.disparity_step = 0.125;
-  for (double z = 0.4; z < 4; z += 0.0137) {
-    const double steps = 575 * 0.075 / (noise.quantized(z) * 0.125);
-    EXPECT_NEAR(steps, std::round(steps), 1e-9);
-    // Half a step of disparity in depth: z^2 / (f b) * step / 2, and a little for the curvature of 1/d.
-    EXPECT_LE(std::abs(noise.quantized(z) - z), 1.05 * z * z / (575 * 0.075) * 0.0625);
-  }
-  CameraOptions options = small_camera();
-  options.noise = noise;
-  // Slanted, so that many steps are met.
-  Scene scene;
-  scene.add({"wall", box(4, 4, 0.1), {}}, translation(0, 0, 1.2) * rotation({0, 1, 0}, 0.6));
-  const Frame frame = DepthCamera(options).capture(scene, Pose{});
-  std::map<long, int> levels;
-  for (std::size_t i = 0; i < frame.cloud.size(); ++i) {
-    if (!measured(frame.cloud, i)) continue;
-    const double steps = 575 * 0.075 / (frame.cloud.xyz[3 * i + 2] * 0.125);
-    ASSERT_NEAR(steps, std::round(steps), 1e-3);
-    ++levels[std::lround(steps)];
-  }
-  EXPECT_GT(levels.size(), 50u);
-}
-
-TEST(Noise, DropOutsFollowTheAngleOfIncidence) {
-  CameraOptions options = small_camera();
-  options.noise.dropout_from = 0.6;
-  options.noise.dropout_to = 1.4;
-  EXPECT_EQ(options.noise.dropout(0.59), 0);
-  EXPECT_NEAR(options.noise.dropout(1.0), 0.5, 1e-12);
-  EXPECT_EQ(options.noise.dropout(1.41), 1);
-  // A narrow view of a slanted board: one angle of incidence over the whole image, to 0.01 rad.
-  options.fx = options.fy = 20000;
-  for (const double incidence : {0.5, 0.8, 1.0, 1.2, 1.45}) {
-    Scene scene;
-    scene.add({"board", box(2, 2, 0.001), {}}, translation(0, 0, 1) * rotation({0, 1, 0}, incidence));
-    const Frame frame = DepthCamera(options).capture(scene, Pose{});
-    const auto n = static_cast<double>(frame.cloud.size());
-    const double expected = std::min(1.0, std::max(0.0, (incidence - 0.6) / 0.8));
-    const double error = 5 * std::sqrt(expected * (1 - expected) / n) + (expected > 0 && expected < 1 ? 0.005 : 0);
-    EXPECT_NEAR(1 - static_cast<double>(measured_points(frame.cloud)) / n, expected, error + 1e-12)
-        << "incidence " << incidence;
-  }
-}
-
-TEST(Noise, DefaultChangesNothing) {
-  const NoiseOptions noise;
-  for (const double z : {0.3, 1.0, 4.9}) {
-    EXPECT_EQ(noise.sigma(z), 0);
-    EXPECT_EQ(noise.quantized(z), z);
-  }
-  for (const double incidence : {0.0, 1.0, 1.57}) EXPECT_EQ(noise.dropout(incidence), 0);
-}
-
-TEST(Noise, TheSeedDecidesTheBytes) {
-  CameraOptions options = small_camera();
-  options.noise = table_scene_camera_options().noise;
-  const auto shot = [&](std::uint64_t seed) {
-    options.seed = seed;
-    return DepthCamera(options).capture(table_scene(), table_scene_camera()).cloud.xyz;
-  };
-  const auto same = [](const std::vector<float>& a, const std::vector<float>& b) {
-    return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(float)) == 0;
-  };
-  const std::vector<float> first = shot(7);
-  EXPECT_TRUE(same(first, shot(7)));
-  EXPECT_FALSE(same(first, shot(8)));
-  EXPECT_FALSE(same(first, shot(7 + (1ull << 32)))) << "the seed's upper half counts";
-  const tbb::global_control one_thread(tbb::global_control::max_allowed_parallelism, 1);
-  EXPECT_TRUE(same(first, shot(7)));
 }
 
 // ---- Options --------------------------------------------------------------------------------------------------------
@@ -364,6 +243,17 @@ TEST(CameraOptions, BadValuesThrowAndNameTheOption) {
       {"max_range", [](CameraOptions& o) { o.max_range = 0.2; }},
       {"noise.axial_sigma", [](CameraOptions& o) { o.noise.axial_sigma = -1e-3; }},
       {"noise.axial_growth", [](CameraOptions& o) { o.noise.axial_growth = NAN; }},
+      {"noise.axial_slant", [](CameraOptions& o) { o.noise.axial_slant = -1; }},
+      {"noise.lateral_sigma", [](CameraOptions& o) { o.noise.lateral_sigma = HUGE_VAL; }},
+      {"noise.lateral_slant", [](CameraOptions& o) { o.noise.lateral_slant = NAN; }},
+      {"noise.correlation_u", [](CameraOptions& o) { o.noise.correlation_u = 17; }},
+      {"noise.correlation_v", [](CameraOptions& o) { o.noise.correlation_v = -1; }},
+      {"noise.glare_width", [](CameraOptions& o) { o.noise.glare_width = 2; }},
+      {"noise.signal_none", [](CameraOptions& o) { o.noise.signal_none = NAN; }},
+      {"noise.signal_full", [](CameraOptions& o) { o.noise.signal_none = 0.2, o.noise.signal_full = 0.1; }},
+      {"noise.edge_step", [](CameraOptions& o) { o.noise.edge_step = 0; }},
+      {"noise.edge_dropout", [](CameraOptions& o) { o.noise.edge_dropout = 1.1; }},
+      {"noise.mixed", [](CameraOptions& o) { o.noise.edge_dropout = 0.6, o.noise.mixed = 0.5; }},
       {"noise.disparity_step", [](CameraOptions& o) { o.noise.disparity_step = -0.125; }},
       {"noise.disparity_focal", [](CameraOptions& o) { o.noise.disparity_focal = 0; }},
       {"noise.baseline", [](CameraOptions& o) { o.noise.baseline = HUGE_VAL; }},

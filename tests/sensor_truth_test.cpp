@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "handhold/io.h"
+#include "handhold/scene_file.h"
 #include "handhold/sensor.h"
 #include "sensor_test_helpers.h"
 

@@ -62,7 +62,7 @@ Shape blue_bottle(const Sizes& s) {
 Shape detergent_bottle(const Sizes& s, const std::string& name, bool upright_handle) {
   const double half_x = at(s, "width") / 2, half_y = at(s, "depth") / 2, height = at(s, "height");
   const double bar = at(s, "handle_radius");
-  const double block = 0.55 * height, column_half = 0.24 * at(s, "width"), column_x = -half_x + column_half;
+  const double block = 0.46 * height, column_half = 0.24 * at(s, "width"), column_x = -half_x + column_half;
   const double top = 0.88 * height, corner = 0.3 * half_y;
   Shape shape;
   shape.add_lofted({{0, half_x - 0.004, half_y - 0.004, corner},
@@ -75,21 +75,14 @@ Shape detergent_bottle(const Sizes& s, const std::string& name, bool upright_han
                     {top, 0.026, 0.026, 0.024, column_x, 0}});
   const double cap = at(s, "cap_radius");
   shape.add_cylinder(cap, height - top + 0.004, translation(column_x, 0, top - 0.004));
-  // Out of the column at the top, down, and into the block. A slanted one runs to the block's far corner.
-  const double high = top - 0.022 - bar, out = half_x - bar - 0.010;
-  const double over = upright_handle ? out : 0.35 * (column_x + column_half) + 0.65 * out;
-  const std::vector<Vector3> path =
-      rounded_path({{column_x, 0, high}, {over, 0, high}, {out, 0, block - 0.020}}, 0.025);
-  shape.add_bar(path, {0, 1, 0}, rounded_rectangle(bar, 1.15 * bar, 0.95 * bar));
-  // The free stretch: between the column's side and the block's top.
-  std::vector<Vector3> free;
-  for (const Vector3& p : path) {
-    if (p[0] >= column_x + column_half && p[2] > block) free.push_back(p);
-  }
-  const Vector3 before = path[path.size() - 2], end = path.back();
-  free.push_back(before + ((block + 0.002 - before[2]) / (end[2] - before[2])) * (end - before));
-  // The straight stretch down is what is asked for; the bend above it is found or not.
-  shape.grip(name + " handle", before, free.back(), 1.15 * bar);
+  // Out of the column at the top, down, and into the block. A slanted one falls all the way to the block's far corner.
+  const double high = top - 0.022 - bar, out = half_x - bar - 0.010, side = column_x + column_half;
+  const double over = upright_handle ? out : 0.6 * side + 0.4 * out;
+  const auto handle = [&](double from, double to) {
+    return rounded_path({{from, 0, high}, {over, 0, high}, {out, 0, to}}, 0.022);
+  };
+  shape.add_bar(handle(column_x, block - 0.020), {0, 1, 0}, rounded_rectangle(bar, 1.15 * bar, 0.95 * bar));
+  shape.loop(name + " handle", handle(side + 0.001, block + 0.002), 1.15 * bar);
   if (cap <= 0.039) shape.grip(name + " cap", {column_x, 0, top}, {column_x, 0, height}, cap, 0.4);
   return shape;
 }

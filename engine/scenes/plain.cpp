@@ -31,7 +31,7 @@ Shape book(const Sizes& s) {
 Shape bowl(const Sizes& s) {
   const double foot = at(s, "foot_radius"), rim = at(s, "rim_radius"), height = at(s, "height");
   constexpr double kWall = 0.004;
-  constexpr int kSteps = 10;
+  constexpr int kSteps = 8;
   std::vector<WallRing> wall;
   for (int i = 0; i <= kSteps; ++i) {
     const double a = kRightAngle * i / kSteps, r = foot + (rim - foot) * std::sin(a);

@@ -110,7 +110,6 @@ class Table {
   void add(Resting thing) {
     thing.object.material = draw_material(draw_);
     thing.object.name = thing.object.family + "_" + std::to_string(things_.size() + 1);
-    // What carries something carries nothing else: the next thing could stand in it.
     things_.push_back(std::move(thing));
   }
 
@@ -129,17 +128,18 @@ SceneObject board(const char* name, double width, double depth, double thickness
   return object;
 }
 
-/// An eye 0.5 to 1.3 m from `target`, clear of what stands on the table.
+/// An eye 0.5 to 1.3 m from `target`, farther from everything than the least distance that a sensor measures.
 Vector3 draw_eye(const Vector3& target, const std::vector<Resting>& things, Draw& draw) {
+  constexpr double kClear = 0.34;
   Vector3 eye = target;
-  for (int i = 0; i < 50; ++i) {
+  for (int i = 0; i < 100; ++i) {
     const double distance = draw.uniform(0.5, 1.3), down = draw.uniform(20, 65) * kHalfTurn / 180;
     const double around = draw.uniform(0, 2 * kHalfTurn);
     eye = target +
           distance * Vector3{std::cos(down) * std::cos(around), std::cos(down) * std::sin(around), std::sin(down)};
+    const std::vector<Point2> below = {{eye[0], eye[1]}};
     const bool clear = std::all_of(things.begin(), things.end(), [&](const Resting& thing) {
-      const std::vector<Point2> here = {{eye[0], eye[1]}};
-      return thing.height < eye[2] - 0.10 || apart(thing.footprint, here, 0.15);
+      return thing.height < eye[2] - kClear || apart(thing.footprint, below, kClear);
     });
     if (clear) break;
   }

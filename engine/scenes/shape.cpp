@@ -11,7 +11,7 @@ namespace {
 constexpr double kHalfTurn = 3.141592653589793;
 constexpr int kSegments = 64;       // of meshes: a radius of 40 mm is off by 0.05 mm at most
 constexpr int kPieceSegments = 32;  // of convex pieces
-constexpr int kSectors = 16;        // into which a vessel's wall is cut
+constexpr int kSectors = 24;        // into which a vessel's wall is cut
 
 std::vector<Vector3> ring(double radius, double z, int segments, double from = 0, double to = 2 * kHalfTurn) {
   std::vector<Vector3> points;
@@ -163,13 +163,15 @@ void Shape::add_vessel(const std::vector<WallRing>& wall, double floor, const Po
   std::vector<Vector3> bottom = ring(wall.front().outer, wall.front().z, kPieceSegments);
   append(bottom, ring(below->outer + s * (above->outer - below->outer), floor_z, kPieceSegments));
   add_piece(bottom, T);
+  // The pieces' inner faces are chords: moved outwards by half of what they cut off, they keep the volume.
+  const double chord = 2 / (1 + std::cos(kHalfTurn / kSectors));
   for (std::size_t i = 0; i + 1 < wall.size(); ++i) {
     for (int sector = 0; sector < kSectors; ++sector) {
       const double from = 2 * kHalfTurn * sector / kSectors, to = 2 * kHalfTurn * (sector + 1) / kSectors;
       std::vector<Vector3> points;
       for (const WallRing* w : {&wall[i], &wall[i + 1]}) {
         append(points, ring(w->outer, w->z, 4, from, to));
-        append(points, ring(w->inner, w->z, 1, from, to));
+        append(points, ring(chord * w->inner, w->z, 1, from, to));
       }
       add_piece(points, T);
     }

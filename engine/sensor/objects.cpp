@@ -81,7 +81,7 @@ Object mug() {
   // The strap ends inside the wall, over its whole width: sqrt(41^2 - 9^2) = 40 mm.
   const std::vector<Vector3> path = strap_path(kRadius - 0.0022, kReach, kLow, kHigh, kBend);
   object.mesh = merged(body, tube(path, {0, 1, 0}, rounded_rectangle(kHalfThickness, kHalfWidth, 0.006)));
-  const double strap = (kHalfThickness + kHalfWidth) / 2;
+  const double strap = std::max(kHalfThickness, kHalfWidth);
   object.parts.push_back(straight_part("mug handle, outer vertical part", {kReach, 0, kMiddle - 0.020},
                                        {kReach, 0, kMiddle + 0.020}, strap, 1, true));
   object.parts.push_back(

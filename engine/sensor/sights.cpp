@@ -38,15 +38,22 @@ class Looker {
     return sight;
   }
 
-  /// What the pixel with sight `own` at (u, v) sees when its line of sight is displaced by (du, dv) px.
+  /// What the pixel with sight `own` gets when its line of sight is displaced by (du, dv) px: another surface, or the
+  /// light of another place of the same surface.
   Sight displaced(const Sight& own, double u, double v, double du, double dv) const {
     Sight other = at(u + du, v + dv);
-    if (!edge_between(own, other, noise_.edge_step)) return own;
-    // The pixel reports the other surface on its own ray.
-    const double z = plane_depth(other, own.direction);
-    if (std::abs(z - other.z) <= noise_.edge_step) other.z = z;
-    other.direction = own.direction;
-    return other;
+    if (other.exists()) light(other);
+    if (edge_between(own, other, noise_.edge_step)) {
+      // The pixel reports the other surface on its own ray.
+      const double z = plane_depth(other, own.direction);
+      if (std::abs(z - other.z) <= noise_.edge_step) other.z = z;
+      other.direction = own.direction;
+      return other;
+    }
+    Sight same = own;
+    same.lit = other.lit;
+    same.glare_angle = other.glare_angle;
+    return same;
   }
 
   /// Fills in what depends on the projector.
@@ -93,8 +100,9 @@ std::vector<Sight> look(const DepthCamera& camera, const RayCaster& caster, cons
         const double sigma = options.noise.lateral(sight.incidence);
         const std::array<double, 2> draw = field.at(u, v).lateral;
         sight = looker.displaced(sight, u, v, sigma * draw[0], sigma * draw[1]);
+      } else if (sight.exists()) {
+        looker.light(sight);
       }
-      if (sight.exists()) looker.light(sight);
       sights[static_cast<std::size_t>(v) * options.width + u] = sight;
     }
   });

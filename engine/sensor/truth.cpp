@@ -23,9 +23,33 @@ double distance_to_centre_line(const Vector3& p, const std::vector<Vector3>& lin
   return best;
 }
 
-/// Calls visit(point, normal, area) for pieces of a triangle no longer than `step`.
+struct Box {
+  Vector3 low, high;
+  /// Whether the box about a triangle has no point in common with this one.
+  bool misses(const Vector3& a, const Vector3& b, const Vector3& c) const {
+    for (int k = 0; k < 3; ++k) {
+      if (std::min({a[k], b[k], c[k]}) > high[k] || std::max({a[k], b[k], c[k]}) < low[k]) return true;
+    }
+    return false;
+  }
+};
+
+/// What lies within `reach` of a polyline lies in this box.
+Box box_about(const std::vector<Vector3>& line, double reach) {
+  Box box = {line[0], line[0]};
+  for (const Vector3& p : line) {
+    for (int k = 0; k < 3; ++k) {
+      box.low[k] = std::min(box.low[k], p[k] - reach);
+      box.high[k] = std::max(box.high[k], p[k] + reach);
+    }
+  }
+  return box;
+}
+
+/// Calls visit(point, normal, area) for pieces of a triangle no longer than `step`, at least for those in the box.
 template <class Visitor>
-void split(const Vector3& a, const Vector3& b, const Vector3& c, double step, const Visitor& visit) {
+void split(const Vector3& a, const Vector3& b, const Vector3& c, double step, const Box& box, const Visitor& visit) {
+  if (box.misses(a, b, c)) return;
   const double ab = norm(b - a), bc = norm(c - b), ca = norm(a - c);
   const double longest = std::max({ab, bc, ca});
   if (longest <= step) {
@@ -35,16 +59,16 @@ void split(const Vector3& a, const Vector3& b, const Vector3& c, double step, co
   }
   if (longest == ab) {
     const Vector3 m = 0.5 * (a + b);
-    split(m, b, c, step, visit);
-    split(a, m, c, step, visit);
+    split(m, b, c, step, box, visit);
+    split(a, m, c, step, box, visit);
   } else if (longest == bc) {
     const Vector3 m = 0.5 * (b + c);
-    split(a, m, c, step, visit);
-    split(a, b, m, step, visit);
+    split(a, m, c, step, box, visit);
+    split(a, b, m, step, box, visit);
   } else {
     const Vector3 m = 0.5 * (c + a);
-    split(a, b, m, step, visit);
-    split(m, b, c, step, visit);
+    split(a, b, m, step, box, visit);
+    split(m, b, c, step, box, visit);
   }
 }
 
@@ -56,10 +80,11 @@ double visible_share(const Object& object, const Part& part, const RayCaster& ca
   const double step = std::clamp(part.radius / 4, 0.001, 0.005);
   // Sections that are not round reach beyond the mean of their half sizes.
   const double reach = 1.3 * part.radius + 0.001;
+  const Box box = box_about(part.centre_line, reach);
   double facing = 0, seen = 0;
   for (const auto& t : object.mesh.triangles) {
     const Vector3 &a = object.mesh.vertices[t[0]], &b = object.mesh.vertices[t[1]], &c = object.mesh.vertices[t[2]];
-    split(a, b, c, step, [&](const Vector3& p, const Vector3& n, double area) {
+    split(a, b, c, step, box, [&](const Vector3& p, const Vector3& n, double area) {
       const Vector3 to_camera = T_world_camera.t - p;
       if (dot(n, to_camera) <= 0 || distance_to_centre_line(p, part.centre_line) > reach) return;
       facing += area;

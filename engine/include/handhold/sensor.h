@@ -136,7 +136,7 @@ Pose table_scene_camera();
 // ---- Camera ---------------------------------------------------------------------------------------------------------
 
 /// What the sensor does to depth z. Each effect stands alone, and the default changes nothing. In this order:
-///   1. lateral noise: near a depth edge a pixel looks past the edge, so that outlines jitter;
+///   1. lateral noise: a pixel looks a little beside its ray, so that outlines and the borders of shadows jitter;
 ///   2. shadows: what the projector does not reach is not measured;
 ///   3. drop-outs: at grazing incidence, in highlights, on dark surfaces, beside depth edges;
 ///   4. mixed pixels beside depth edges;
@@ -239,7 +239,8 @@ class DepthCamera {
   explicit DepthCamera(const CameraOptions& options = {});
 
   /// One frame. A surface seen from behind (the camera is inside a solid) is not measured.
-  /// @throws std::invalid_argument for a mesh with an index that is out of range or a vertex that is not finite
+  /// @throws std::invalid_argument for a mesh with an index that is out of range or a vertex that is not finite, and
+  /// for a material outside 0 .. 1
   Frame capture(const Scene& scene, const Pose& T_world_camera) const;
 
   /// The scene's parts in the camera's optical frame, with Part::visible filled in.
