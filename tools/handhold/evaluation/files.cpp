@@ -23,9 +23,9 @@ struct Place {
 };
 
 Json parse(const std::string& path) {
-  std::error_code error;  // a folder can be opened, but reading it throws
+  std::error_code ignored;  // a folder can be opened, but reading it throws
   std::ifstream file(path, std::ios::binary);
-  if (!file || std::filesystem::is_directory(path, error))
+  if (!file || std::filesystem::is_directory(path, ignored))
     throw std::runtime_error("cannot read '" + path + "'; it must be a JSON file");
   const std::string text((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());
   if (file.bad() || text.empty())
