@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cstdio>
 #include <functional>
+#include <iterator>
 #include <string>
 #include <vector>
 
@@ -58,11 +59,12 @@ double median_of(const std::vector<T>& values, Get&& get) {
 
 // The engine's affordances by sample, as the baseline gives its own.
 std::vector<baseline::SampleResult> by_sample(const std::vector<Step>& steps, const Result& result) {
-  constexpr baseline::Outcome kOutcome[] = {baseline::Outcome::kTooFewPoints, baseline::Outcome::kFlat,
-                                            baseline::Outcome::kCurvatureLow, baseline::Outcome::kCircleWide,
-                                            baseline::Outcome::kCircleNarrow, baseline::Outcome::kNoGap,
-                                            baseline::Outcome::kShellEmpty,   baseline::Outcome::kAffordance};
-  static_assert(static_cast<int>(Step::kAffordance) == baseline::kOutcomes - 1, "both list the same steps");
+  // The steps of the paper's method, which alone is compared; kConcave and kPoorFit are none of them.
+  using baseline::Outcome;
+  constexpr Outcome kOutcome[] = {
+      Outcome::kTooFewPoints, Outcome::kFlat,  Outcome::kCurvatureLow, Outcome::kCurvatureLow, Outcome::kCircleWide,
+      Outcome::kCircleNarrow, Outcome::kNoGap, Outcome::kNoGap,        Outcome::kShellEmpty,   Outcome::kAffordance};
+  static_assert(std::size(kOutcome) == static_cast<std::size_t>(Step::kAffordance) + 1, "one for each step");
   std::vector<baseline::SampleResult> samples(steps.size());
   for (std::size_t i = 0; i < steps.size(); ++i) samples[i].outcome = kOutcome[static_cast<std::size_t>(steps[i])];
   for (const Affordance& affordance : result.affordances) samples.at(affordance.sample).affordance = affordance;
@@ -100,7 +102,8 @@ void print_finer_steps(const CloudView& cloud, const Options& options, const std
 }
 
 void print_agreement(const Agreement& a) {
-  std::printf("curvature at the same nine points; of %zu samples %zu ended at the same step (%.2f %%)\n", a.samples, a.same_outcome,
+  std::printf("curvature at the same nine points; of %zu samples %zu ended at the same step (%.2f %%)\n", a.samples,
+              a.same_outcome,
               100.0 * static_cast<double>(a.same_outcome) / static_cast<double>(std::max<std::size_t>(1, a.samples)));
   std::printf("affordances by either: %zu; the same by both (axis 1 degree, center and radius 1 mm): %zu = %.2f %%\n",
               a.either, a.same, 100.0 * a.share());
@@ -160,6 +163,7 @@ void compare_on(const std::string& path, int count, int repeat, int threads, bas
   if (samples.empty()) throw std::runtime_error(name + ": no finite point to take samples from");
 
   Options options;
+  options.method = Method::kPaper;
   options.samples = count;
   Options other = options;
   options.threads = threads;
@@ -208,7 +212,8 @@ void compare_on(const std::string& path, int count, int repeat, int threads, bas
   const double ms = median(runs.engine.ms), other_ms = median(runs.other.ms);
   counted = std::min(counted, wall);
   std::printf(
-      "\nbaseline / engine (%d thread%s), medians of %d and %d: %.1f (%.2f ms / %.3f ms); with the baseline as measured "
+      "\nbaseline / engine (%d thread%s), medians of %d and %d: %.1f (%.2f ms / %.3f ms); with the baseline as "
+      "measured "
       "%.1f\n",
       options.threads, options.threads > 1 ? "s" : "", repeat, repeat * kFrames, counted / ms, counted, ms, wall / ms);
   std::printf("engine with %d / with %d threads: %.2f (%.3f ms / %.3f ms)\n", options.threads, other.threads,

@@ -28,6 +28,7 @@ void run_frame(benchmark::State& state, const Cloud& cloud, const Options& optio
     sum.moments += result.times_ms.moments;
     sum.fit += result.times_ms.fit;
     sum.shell += result.times_ms.shell;
+    sum.visibility += result.times_ms.visibility;
     sum.handles += result.times_ms.handles;
     sum.total += result.times_ms.total;
   }
@@ -37,25 +38,28 @@ void run_frame(benchmark::State& state, const Cloud& cloud, const Options& optio
   state.counters["moments"] = sum.moments / sum.total;
   state.counters["fit"] = sum.fit / sum.total;
   state.counters["shell"] = sum.shell / sum.total;
+  state.counters["visibility"] = sum.visibility / sum.total;
   state.counters["handles"] = sum.handles / sum.total;
   state.counters["affordances"] = static_cast<double>(result.affordances.size());
 }
 
 void register_all(const Cloud& cloud) {
-  for (const Strategy strategy : {Strategy::kUniform, Strategy::kMax})
-    for (const int samples : {2000, 5000, 20000})
-      for (const int threads : {1, 2}) {
-        Options options;
-        options.strategy = strategy;
-        options.samples = samples;
-        options.threads = threads;
-        const std::string name = "frame/" + std::string(to_string(strategy)) + "/samples:" + std::to_string(samples) +
-                                 "/threads:" + std::to_string(threads);
-        benchmark::RegisterBenchmark(name.c_str(),
-                                     [&cloud, options](benchmark::State& state) { run_frame(state, cloud, options); })
-            ->UseRealTime()
-            ->Unit(benchmark::kMillisecond);
-      }
+  for (const Method method : {Method::kPaper, Method::kDefault})
+    for (const Strategy strategy : {Strategy::kUniform, Strategy::kMax})
+      for (const int samples : {2000, 5000, 20000})
+        for (const int threads : {1, 2}) {
+          Options options;
+          options.method = method;
+          options.strategy = strategy;
+          options.samples = samples;
+          options.threads = threads;
+          const std::string name = "frame/" + std::string(to_string(method)) + "/" + std::string(to_string(strategy)) +
+                                   "/samples:" + std::to_string(samples) + "/threads:" + std::to_string(threads);
+          benchmark::RegisterBenchmark(name.c_str(),
+                                       [&cloud, options](benchmark::State& state) { run_frame(state, cloud, options); })
+              ->UseRealTime()
+              ->Unit(benchmark::kMillisecond);
+        }
 }
 
 }  // namespace

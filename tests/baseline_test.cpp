@@ -10,6 +10,7 @@
 #include <limits>
 #include <random>
 
+#include "paper_options.h"
 #include "reference/reference.h"
 
 namespace handhold {
@@ -73,7 +74,7 @@ TEST(Baseline, FindsAnExactCylinder) {
   const CylinderScene scene(0.02, 0);
   const Samples samples = every(scene.samples, 101);
   ASSERT_GT(samples.size(), 20u);
-  const baseline::Result result = baseline::localize(scene.cloud.view(), Options(), samples);
+  const baseline::Result result = baseline::localize(scene.cloud.view(), test::paper_options(), samples);
   ASSERT_EQ(result.samples.size(), samples.size());
   for (const baseline::SampleResult& sample : result.samples) {
     ASSERT_EQ(sample.outcome, baseline::Outcome::kAffordance) << to_string(sample.outcome);
@@ -102,7 +103,7 @@ TEST(Baseline, SaysWhyThereIsNoAffordance) {
   const auto outcome = [](const CloudView& cloud, const Options& options, const Samples& samples) {
     return baseline::localize(cloud, options, samples).samples.at(0).outcome;
   };
-  EXPECT_EQ(outcome(scene.cloud.view(), Options(), {{1, 1, 1}}), baseline::Outcome::kTooFewPoints);
+  EXPECT_EQ(outcome(scene.cloud.view(), test::paper_options(), {{1, 1, 1}}), baseline::Outcome::kTooFewPoints);
 
   Options small_hand;
   small_hand.hand_aperture = 0.039;
@@ -127,14 +128,14 @@ TEST(Baseline, SaysWhyThereIsNoAffordance) {
     for (double z = 0.721; z < 0.78; z += 0.001)
       with_sheet.xyz.insert(with_sheet.xyz.end(), {static_cast<float>(x), 0.0f, static_cast<float>(z)});
   with_sheet.width = static_cast<std::uint32_t>(with_sheet.xyz.size() / 3);
-  EXPECT_EQ(outcome(with_sheet.view(), Options(), {{0, 0, 0.68f}}), baseline::Outcome::kNoGap);
-  EXPECT_EQ(outcome(scene.cloud.view(), Options(), {{0, 0, 0.68f}}), baseline::Outcome::kAffordance);
+  EXPECT_EQ(outcome(with_sheet.view(), test::paper_options(), {{0, 0, 0.68f}}), baseline::Outcome::kNoGap);
+  EXPECT_EQ(outcome(scene.cloud.view(), test::paper_options(), {{0, 0, 0.68f}}), baseline::Outcome::kAffordance);
 
   Cloud plane;
   for (int i = -50; i <= 50; ++i)
     for (int j = -50; j <= 50; ++j) plane.xyz.insert(plane.xyz.end(), {0.001f * i, 0.001f * j, 0.5f});
   plane.width = static_cast<std::uint32_t>(plane.xyz.size() / 3);
-  EXPECT_EQ(outcome(plane.view(), Options(), {{0, 0, 0.5f}}), baseline::Outcome::kFlat);
+  EXPECT_EQ(outcome(plane.view(), test::paper_options(), {{0, 0, 0.5f}}), baseline::Outcome::kFlat);
 }
 
 // On noisy points there is no known answer, but the plain reference computes one in another way.
@@ -142,7 +143,7 @@ TEST(Baseline, AgreesWithTheReference) {
   const CylinderScene scene(0.022, 0.001);
   Samples samples = every(scene.samples, 67);
   for (int i = -8; i <= 8; ++i) samples.push_back({0.02f * i, 0.15f, 0.85f});  // on the wall
-  const Options options;
+  const Options options = test::paper_options();
   const baseline::Result result = baseline::localize(scene.cloud.view(), options, samples, fixed_points());
 
   reference::Cloud cloud;
@@ -180,8 +181,8 @@ TEST(Baseline, AgreesWithTheReference) {
 TEST(Baseline, MedianOverRandomPointsIsNearThatOverFixedOnes) {
   const CylinderScene scene(0.022, 0.001);
   const Samples samples = every(scene.samples, 31);
-  const baseline::Result random = baseline::localize(scene.cloud.view(), Options(), samples);
-  const baseline::Result fixed = baseline::localize(scene.cloud.view(), Options(), samples, fixed_points());
+  const baseline::Result random = baseline::localize(scene.cloud.view(), test::paper_options(), samples);
+  const baseline::Result fixed = baseline::localize(scene.cloud.view(), test::paper_options(), samples, fixed_points());
   std::vector<double> ratios;
   for (std::size_t i = 0; i < samples.size(); ++i)
     ratios.push_back(random.samples[i].affordance.curvature / fixed.samples[i].affordance.curvature);
@@ -209,9 +210,9 @@ TEST(Baseline, OrganizedSearchFindsTheSameNeighbours) {
       for (int k = 0; k < 3; ++k) cloud.xyz.push_back(static_cast<float>(p[k]));
       if ((u + 160 * v) % 211 == 0) samples.push_back({float(p[0]), float(p[1]), float(p[2])});
     }
-  const baseline::Result tree = baseline::localize(cloud.view(), Options(), samples, fixed_points());
+  const baseline::Result tree = baseline::localize(cloud.view(), test::paper_options(), samples, fixed_points());
   const baseline::Result organized =
-      baseline::localize(cloud.view(), Options(), samples, fixed_points(baseline::Search::kOrganized));
+      baseline::localize(cloud.view(), test::paper_options(), samples, fixed_points(baseline::Search::kOrganized));
   for (std::size_t i = 0; i < samples.size(); ++i) {
     EXPECT_EQ(organized.samples[i].neighbours, tree.samples[i].neighbours) << i;
     EXPECT_EQ(organized.samples[i].outcome, tree.samples[i].outcome) << i;
@@ -220,7 +221,7 @@ TEST(Baseline, OrganizedSearchFindsTheSameNeighbours) {
 
 TEST(Baseline, OrganizedSearchNeedsAnOrganizedCloud) {
   const CylinderScene scene(0.02, 0);
-  EXPECT_THROW(baseline::localize(scene.cloud.view(), Options(), {}, {baseline::Search::kOrganized}),
+  EXPECT_THROW(baseline::localize(scene.cloud.view(), test::paper_options(), {}, {baseline::Search::kOrganized}),
                std::invalid_argument);
 }
 

@@ -13,6 +13,7 @@
 
 #include "handhold/localizer.h"
 #include "localizer_detail.h"
+#include "paper_options.h"
 #include "reference/pipeline.h"
 #include "test_clouds.h"
 
@@ -58,7 +59,7 @@ const FloatPoints& image() {  // 160 x 120
 }
 
 Options few_samples() {
-  Options options;
+  Options options = test::paper_options();
   options.samples = 1500;
   return options;
 }
@@ -282,7 +283,7 @@ TEST(Localizer, RefusesViewsThatContradictThemselves) {
   EXPECT_NE(message(bad).find("2^31"), std::string::npos) << message(bad);
   EXPECT_EQ(localizer.localize(good).status, Status::kOk);
 
-  Options options;
+  Options options = test::paper_options();
   options.samples = 0;
   EXPECT_THROW(Localizer{options}, OptionError);
 }
@@ -332,7 +333,7 @@ std::vector<Samples> scenes() {
 }
 
 TEST(LocalizeSamples, AgreesWithTheReference) {
-  const Options options;
+  const Options options = test::paper_options();
   int samples = 0, affordances = 0;
   std::map<std::string, int> rest;
   for (const Samples& scene : scenes()) {
@@ -391,7 +392,7 @@ TEST(LocalizeSamples, SeveralRadiiFindWhatEachFinds) {
     std::set<std::uint32_t> of_each, of_both;
     std::vector<Step> furthest(scene.places.size(), Step::kTooFewPoints), steps;
     Result result;
-    Options options;
+    Options options = test::paper_options();
     for (const double radius : {0.018, 0.03}) {
       options.radius = {radius};
       localize_samples(options, view_of(scene.points, scene.height), scene.places, result, steps);
@@ -423,7 +424,7 @@ TEST(Localizer, EveryEstimatorFindsTheAxisOfACylinder) {
   const FloatPoints rod = test::transformed(test::cylinder(random, 6000, 0.01, 0.2), R, {0.1, -0.1, 0.7});
   for (const AxisEstimator axis : {AxisEstimator::kTaubin, AxisEstimator::kNormals, AxisEstimator::kPca}) {
     SCOPED_TRACE(to_string(axis));
-    Options options;
+    Options options = test::paper_options();
     options.axis = axis;
     std::vector<std::array<float, 3>> places;
     for (const Vector3f& p : rod) {

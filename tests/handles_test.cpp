@@ -9,6 +9,7 @@
 #include <set>
 #include <vector>
 
+#include "paper_options.h"
 #include "test_clouds.h"
 
 namespace handhold {
@@ -119,7 +120,7 @@ TEST(HandleSearch, DescribesOnePart) {
 }
 
 TEST(HandleSearch, CutsAtGapsOnly) {
-  const Options options;
+  const Options options = test::paper_options();
   for (const double gap : {0.9 * options.handle_gap, 1.2 * options.handle_gap, 0.1}) {
     SCOPED_TRACE(gap);
     // lengths differ, so that it is known which handle comes first
@@ -152,7 +153,7 @@ TEST(HandleSearch, ReportsAPartWithScatteredAxesOnce) {
 }
 
 TEST(HandleSearch, NeedsLengthAndNumber) {
-  Options options;
+  Options options = test::paper_options();
   auto outcome = search(part(10, kOrigin, kOrigin + 0.9 * options.handle_min_length * kAxis, 0.015));
   EXPECT_TRUE(outcome.handles.empty());
   EXPECT_EQ(outcome.funnel.too_short, 10);
@@ -222,7 +223,7 @@ TEST(HandleSearch, PutsTheBestFirst) {
     const Vector3d from = kOrigin + Vector3d(0, 0.2 * i, 0);
     append(affordances, part(number[i], from, from + 0.004 * number[i] * Vector3d(1, 0, 0), 0.015));
   }
-  Options options;
+  Options options = test::paper_options();
   options.min_confidence = 0;
   const auto outcome = search(affordances, options);
   ASSERT_EQ(outcome.handles.size(), 4u);
@@ -234,7 +235,7 @@ TEST(HandleSearch, GivesTheSameTwice) {
   Random random(9);
   auto affordances = part(150, kOrigin, kOrigin + 0.1 * kAxis, 0.015, &random, 0.4, 0.002);
   append(affordances, part(150, kOrigin, kOrigin + Vector3d(0, 0, 0.15), 0.02, &random, 0.4, 0.002));
-  const Options options;
+  const Options options = test::paper_options();
   HandleSearch reused(options);
   const auto fresh = search(affordances);
   ASSERT_FALSE(fresh.handles.empty());

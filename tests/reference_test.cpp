@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "kernels.h"
+#include "paper_options.h"
 #include "test_clouds.h"
 
 namespace handhold {
@@ -322,7 +323,7 @@ TEST(ReferencePipeline, CylinderInTheOpenIsAnAffordance) {
   Random random(11);
   const auto cloud = seen_from_afar(test::cylinder(random, 8000, 0.02, 0.2, 3e-4, M_PI));
   for (auto estimator : {AxisEstimator::kTaubin, AxisEstimator::kPca}) {
-    Options options;
+    Options options = test::paper_options();
     options.axis = estimator;
     options.radius = {0.04};  // long enough that the spread is largest along the axis
     const auto result = reference::localize_sample(cloud, {0.0201, 0.0003, 0.01}, options);
@@ -341,7 +342,7 @@ TEST(ReferencePipeline, CylinderInTheOpenIsAnAffordance) {
 
 TEST(ReferencePipeline, EveryStepCanRefuse) {
   Random random(12);
-  const Options options;
+  const Options options = test::paper_options();
   const auto rod = test::cylinder(random, 8000, 0.02, 0.2, 2e-4);
   const Vector3d on_rod(0.02, 0, 0);
   const auto step = [](const test::FloatPoints& points, const Vector3d& sample, const Options& o) {
@@ -394,7 +395,7 @@ TEST(ReferencePipeline, AxisFromNormals) {
   Random random(14);
   reference::Cloud cloud = seen_from_afar(test::cylinder(random, 8000, 0.02, 0.2, 2e-4, M_PI));
   for (const Vector3d& p : cloud.points) cloud.normals.push_back(Vector3d(p.x(), p.y(), 0).normalized());
-  Options options;
+  Options options = test::paper_options();
   options.axis = AxisEstimator::kNormals;
   const auto result = reference::localize_sample(cloud, {0.02, 0, 0}, options);
   ASSERT_EQ(result.step, Step::kAffordance);

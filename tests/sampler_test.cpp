@@ -16,6 +16,7 @@
 #include <optional>
 #include <vector>
 
+#include "paper_options.h"
 #include "reference/neighbours.h"
 #include "test_clouds.h"
 #include "vec3.h"
@@ -68,7 +69,7 @@ double excess_chi_square(const std::vector<int>& counts) {
 // ---- Rounds --------------------------------------------------------------------------------------------------------
 
 std::vector<int> rounds(int samples, Strategy strategy) {
-  Options options;
+  Options options = test::paper_options();
   options.samples = samples, options.strategy = strategy;
   return Sampler::rounds(options);
 }
@@ -109,7 +110,7 @@ TEST(SamplerUniform, DrawsEveryPointEquallyOften) {
   for (const std::uint32_t height : {22u, 1u}) {
     SCOPED_TRACE(height);
     const Scene scene(image, height);
-    Options options;
+    Options options = test::paper_options();
     Sampler sampler(options);
     sampler.begin(scene.tiles, *scene.index);
     ASSERT_EQ(sampler.points(), scene.measured.size());
@@ -130,7 +131,7 @@ TEST(SamplerUniform, DrawsEveryPointEquallyOften) {
 TEST(SamplerUniform, DependsOnSeedAndRoundAlone) {
   Random random(42);
   const Scene scene(test::cube(random, 3000, 0.3));
-  Options options, other;
+  Options options = test::paper_options(), other = options;
   other.seed = 2;
   Sampler a(options), b(options), c(other);
   for (Sampler* s : {&a, &b, &c}) s->begin(scene.tiles, *scene.index);
@@ -150,7 +151,7 @@ std::vector<Vector3> line_of_centres(int n, const Vector3& from, const Vector3& 
 }
 
 TEST(SamplerDraws, SumIsAMixtureOfGaussians) {
-  Options options;
+  Options options = test::paper_options();
   options.strategy = Strategy::kSum;
   options.proposal_sigma = 0.02;
   Sampler sampler(options);
@@ -184,7 +185,7 @@ TEST(SamplerDraws, SumIsAMixtureOfGaussians) {
 }
 
 TEST(SamplerDraws, DefaultSigmaIsHalfTheRadius) {
-  Options options;
+  Options options = test::paper_options();
   options.strategy = Strategy::kSum;
   options.radius = {0.04};
   Sampler sampler(options);
@@ -225,7 +226,7 @@ TEST(SamplerDraws, MaxAcceptsTheNearestCentreOnly) {
     SCOPED_TRACE("set " + std::to_string(set));
     const std::vector<Vector3>& centres = sets[set];
     for (const double sigma : {0.0125, 0.2}) {
-      Options options;
+      Options options = test::paper_options();
       options.proposal_sigma = sigma;
       Sampler sampler(options);
       sampler.set_centres(sets[(set + 1) % sets.size()]);  // of another round
@@ -249,7 +250,7 @@ TEST(SamplerDraws, MaxAcceptsTheNearestCentreOnly) {
 
 /// Share of the accepted draws that lie about the second of two handles.
 double share_of_second(Strategy strategy, int first, int second) {
-  Options options;
+  Options options = test::paper_options();
   options.strategy = strategy;
   Sampler sampler(options);
   auto centres = line_of_centres(first, {0, 0, 0.6}, {0.1, 0, 0.6});
@@ -313,7 +314,7 @@ TEST(SamplerProposals, AreTheNearestPointsOfTheCloud) {
   Options with_workspace, sum;
   with_workspace.workspace = {{-0.02, 0.3, -1, 0.01, 0, 2}};
   sum.strategy = Strategy::kSum;
-  for (const Options& options : {Options(), with_workspace, sum}) {
+  for (const Options& options : {test::paper_options(), with_workspace, sum}) {
     Sampler sampler(options);
     sampler.begin(scene.tiles, *scene.index);
     // Some centres on the cylinder, some in the air beside it, one where nothing is.
@@ -337,7 +338,7 @@ TEST(SamplerProposals, AreTheNearestPointsOfTheCloud) {
 TEST(SamplerProposals, FarFromTheCloudAreDrawnUniformly) {
   Random random(45);
   const Scene scene(test::cube(random, 2000, 0.2));
-  Options options;
+  Options options = test::paper_options();
   Sampler sampler(options);
   sampler.begin(scene.tiles, *scene.index);
   sampler.set_centres({{5, 5, 5}, {-3, 0, 1}});
@@ -353,7 +354,7 @@ TEST(SamplerProposals, DoNotDependOnTheNumberOfThreads) {
   const Scene scene(test::depth_image(random, 100, 75), 75);
   const auto centres = line_of_centres(300, {0, -0.1, 0.7}, {0.02, 0.1, 0.8});
   for (const Strategy strategy : {Strategy::kSum, Strategy::kMax}) {
-    Options options;
+    Options options = test::paper_options();
     options.strategy = strategy;
     std::vector<std::vector<Sample>> results;
     for (const int threads : {1, 2, 7}) {
@@ -375,7 +376,7 @@ TEST(SamplerProposals, DoNotDependOnTheNumberOfThreads) {
 TEST(SamplerWorkspace, HoldsEverySample) {
   Random random(47);
   const Scene scene(test::cube(random, 4000, 0.4));
-  Options options;
+  Options options = test::paper_options();
   options.workspace = {{-0.05, 0.1, -0.2, 0.02, 0, 0.15}};
   Sampler sampler(options);
   sampler.begin(scene.tiles, *scene.index);

@@ -11,6 +11,7 @@
 
 #include "handhold/localizer.h"
 #include "handhold/sensor.h"
+#include "paper_options.h"
 #include "reference/circle.h"
 #include "test_clouds.h"
 
@@ -58,7 +59,7 @@ Motion random_motion(Random& random) {
 }
 
 /// Localizes points of a shape after the motion.
-Result localize(const FloatPoints& shape, const Motion& motion, Options options = {}) {
+Result localize(const FloatPoints& shape, const Motion& motion, Options options = test::paper_options()) {
   const FloatPoints points = test::transformed(shape, motion.R, motion.t);
   CloudView view;
   view.data = points.data()->data();
@@ -93,7 +94,7 @@ double algebraic_error(const FloatPoints& cylinder, double radius) {
   const Vector3d sample(radius, 0, 0);
   std::vector<Vector3d> neighbourhood;
   for (const Vector3d& p : test::to_double(cylinder)) {
-    if ((p - sample).norm() <= Options().effective_radius().front()) neighbourhood.push_back(p - sample);
+    if ((p - sample).norm() <= test::paper_options().effective_radius().front()) neighbourhood.push_back(p - sample);
   }
   return std::abs(reference::fit_circle(neighbourhood, Vector3d::UnitZ()).radius - radius);
 }
