@@ -70,16 +70,17 @@ void expect_same(const Result& a, const Result& b) {
   EXPECT_EQ(a.points, b.points);
   EXPECT_EQ(a.finite_points, b.finite_points);
   const auto counts = [](const Funnel& f) {
-    return std::vector<std::int64_t>{f.samples,       f.too_few_points, f.flat,        f.curvature_low, f.circle_wide,
-                                     f.circle_narrow, f.no_gap,         f.shell_empty, f.affordances,   f.not_aligned,
-                                     f.too_short,     f.low_confidence, f.in_handles};
+    return std::vector<std::int64_t>{f.samples,     f.too_few_points, f.flat,           f.curvature_low,
+                                     f.concave,     f.circle_wide,    f.circle_narrow,  f.poor_fit,
+                                     f.no_gap,      f.shell_empty,    f.affordances,    f.not_aligned,
+                                     f.unconfirmed, f.too_short,      f.low_confidence, f.in_handles};
   };
   EXPECT_EQ(counts(a.funnel), counts(b.funnel));
   ASSERT_EQ(a.affordances.size(), b.affordances.size());
   const auto numbers = [](const Affordance& x) {
-    return std::vector<double>{x.center[0],    x.center[1], x.center[2], x.axis[0],   x.axis[1],
-                               x.axis[2],      x.normal[0], x.normal[1], x.normal[2], x.radius,
-                               x.shell_radius, x.gap,       x.curvature};
+    return std::vector<double>{x.center[0],    x.center[1], x.center[2], x.axis[0],       x.axis[1],
+                               x.axis[2],      x.normal[0], x.normal[1], x.normal[2],     x.radius,
+                               x.shell_radius, x.gap,       x.curvature, x.observed_free, x.quality};
   };
   for (std::size_t i = 0; i < a.affordances.size(); ++i) {
     EXPECT_EQ(numbers(a.affordances[i]), numbers(b.affordances[i])) << "affordance " << i;
@@ -103,11 +104,11 @@ void expect_sound(const Result& r, const Options& options) {
   EXPECT_EQ(r.status, Status::kOk);
   const Funnel& f = r.funnel;
   EXPECT_EQ(f.samples, options.samples);
-  EXPECT_EQ(f.too_few_points + f.flat + f.curvature_low + f.circle_wide + f.circle_narrow + f.no_gap + f.shell_empty +
-                f.affordances,
+  EXPECT_EQ(f.too_few_points + f.flat + f.curvature_low + f.concave + f.circle_wide + f.circle_narrow + f.poor_fit +
+                f.no_gap + f.shell_empty + f.affordances,
             f.samples);
   EXPECT_EQ(f.affordances, static_cast<std::int64_t>(r.affordances.size()));
-  EXPECT_EQ(f.not_aligned + f.too_short + f.low_confidence + f.in_handles, f.affordances);
+  EXPECT_EQ(f.not_aligned + f.unconfirmed + f.too_short + f.low_confidence + f.in_handles, f.affordances);
   std::int64_t in_handles = 0;
   for (const Handle& h : r.handles) {
     in_handles += static_cast<std::int64_t>(h.affordances.size());

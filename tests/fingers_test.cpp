@@ -1,0 +1,94 @@
+// Two fingers beside a part, as far as a camera saw.
+#include "fingers.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "test_clouds.h"
+
+namespace handhold {
+namespace {
+
+using Eigen::Vector3d;
+using test::FloatPoints;
+
+constexpr int kWidth = 320, kHeight = 240;
+constexpr double kFocal = 290;
+constexpr double kPart = 0.8;  ///< m; depth of the part's axis
+
+/// A bar along y in front of a wall, as a camera at the origin sees it; the wall begins `wall` (m) behind the bar's
+/// axis, and `neighbour` (m from the axis to its edge, on the right) may stand beside it.
+FloatPoints scene(double radius, double wall, double neighbour = HUGE_VAL) {
+  FloatPoints points;
+  for (int v = 0; v < kHeight; ++v)
+    for (int u = 0; u < kWidth; ++u) {
+      const Vector3d ray((u - 159.5) / kFocal, (v - 119.5) / kFocal, 1);
+      double depth = kPart + wall;
+      if (ray.x() * kPart > neighbour && ray.x() * kPart < neighbour + 0.05) depth = std::min(depth, kPart);
+      // |x, z - kPart| = radius along depth * ray
+      const double a = ray.x() * ray.x() + 1, b = kPart, c = kPart * kPart - radius * radius;
+      if (b * b - a * c > 0) depth = std::min(depth, (b - std::sqrt(b * b - a * c)) / a);
+      points.push_back((depth * ray).cast<float>());
+    }
+  return points;
+}
+
+Grip grip(const FloatPoints& points, double radius, const Options& options = {}, int angles = FingerTest::kAngles) {
+  CloudView view;
+  view.data = points.data()->data();
+  view.width = kWidth, view.height = kHeight;
+  view.viewpoint = Vector3{0, 0, 0};
+  DepthImage image;
+  EXPECT_TRUE(image.build(view));
+  const FingerTest test(options, image);
+  return angles == 1 ? test.at({0, 0, kPart}, {0, 1, 0}, radius, 0.02, 0)
+                     : test.any({0, 0, kPart}, {0, 1, 0}, radius, 0.02);
+}
+
+TEST(Fingers, FitAboutABarInFreeSpace) {
+  for (const double radius : {0.006, 0.015, 0.03}) {
+    const Grip g = grip(scene(radius, 0.5), radius);
+    EXPECT_TRUE(g.fits) << radius;
+    EXPECT_GE(g.free, 0.7);
+    EXPECT_GE(g.opening, 1.6 * radius);
+    EXPECT_LE(g.opening, 0.084);
+    EXPECT_LT(g.from[2], -0.9) << "from the camera's side";
+    EXPECT_NEAR(g.from[1], 0, 1e-9) << "across the bar";
+  }
+}
+
+TEST(Fingers, DoNotFitIntoAWall) {
+  EXPECT_FALSE(grip(scene(0.015, 0.001), 0.015).fits) << "half of the bar stands out of the wall";
+  EXPECT_TRUE(grip(scene(0.015, 0.03), 0.015).fits) << "it lies on a table";
+}
+
+TEST(Fingers, NeedRoomOnBothSides) {
+  EXPECT_FALSE(grip(scene(0.015, 0.5, 0.017), 0.015, {}, 1).fits);
+  EXPECT_TRUE(grip(scene(0.015, 0.5, 0.05), 0.015, {}, 1).fits);
+}
+
+TEST(Fingers, ObeyTheHand) {
+  const FloatPoints points = scene(0.03, 0.5);
+  Options small;
+  small.hand_aperture = 0.045;
+  EXPECT_FALSE(grip(points, 0.03, small).fits);
+  Options thick;
+  thick.finger_thickness = 0.03;
+  EXPECT_FALSE(grip(scene(0.015, 0.5, 0.035), 0.015, thick, 1).fits);
+  EXPECT_TRUE(grip(scene(0.015, 0.5, 0.035), 0.015, {}, 1).fits);
+}
+
+TEST(Fingers, MustBeSeenToBeFree) {
+  FloatPoints points = scene(0.015, 0.5);
+  // Nothing was measured right of the bar, too wide for a shadow.
+  for (int v = 60; v < 180; ++v)
+    for (int u = 165; u < 300; ++u) points[static_cast<std::size_t>(v * kWidth + u)].setConstant(test::kNan);
+  EXPECT_FALSE(grip(points, 0.015, {}, 1).fits);
+  Options trusting;
+  trusting.min_free = 0;
+  EXPECT_TRUE(grip(points, 0.015, trusting, 1).fits);
+}
+
+}  // namespace
+}  // namespace handhold
