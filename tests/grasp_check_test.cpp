@@ -249,6 +249,25 @@ TEST(GraspCheck, TheTableSceneIsAsItsLabelsSay) {
   }
 }
 
+TEST(GraspCheck, FitsSaysTheSame) {
+  const Scene scene = table_scene();
+  const GraspCheck check(scene);
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> x(-0.4, 0.4), z(0, 0.15), r(0, 0.05), d(-1, 1);
+  int count = 0;
+  for (int i = 0; i < 300; ++i) {
+    const Object& object = scene.objects[static_cast<std::size_t>(i) % scene.objects.size()];
+    const Vector3& near = object.mesh.vertices[static_cast<std::size_t>(random()) % object.mesh.vertices.size()];
+    const Vector3 center = i % 3 ? near : Vector3{x(random), x(random), z(random)}, axis = {d(random), d(random), 1};
+    const double radius = r(random);
+    const bool fits = check.check(center, axis, radius).fits;
+    EXPECT_EQ(check.fits(center, axis, radius), fits);
+    count += fits;
+  }
+  EXPECT_GT(count, 20);
+  EXPECT_LT(count, 280);
+}
+
 // ---- What is refused ------------------------------------------------------------------------------------------------
 
 TEST(GraspCheck, RefusesWhatCannotBe) {

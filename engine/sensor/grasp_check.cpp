@@ -65,30 +65,39 @@ struct Interval {
   std::int32_t object;
 };
 
-struct Beam {
-  Point2 approach, u;  ///< unit, in the plane across the axis
-  double from, to;     ///< m; along the approach
+/// A slice in the frame of one approach.
+struct Turned {
+  std::array<double, 5> s, v;  // m; along the approach, along u
+  std::size_t size;
+  double low = HUGE_VAL, high = -HUGE_VAL;  // of s
+  std::int32_t object;
 
-  /// Range along u of a slice's part within the beam; false when there is none, or it only touches.
-  bool range(const Slice& slice, Interval& range) const {
-    range = {HUGE_VAL, -HUGE_VAL, slice.object};
-    const auto extend = [&range](double v) {
-      range.low = std::min(range.low, v);
-      range.high = std::max(range.high, v);
-    };
-    const Point2& last = slice.points[static_cast<std::size_t>(slice.size - 1)];
-    double s0 = last[0] * approach[0] + last[1] * approach[1], v0 = last[0] * u[0] + last[1] * u[1];
-    for (std::size_t i = 0; i < static_cast<std::size_t>(slice.size); ++i) {
+  Turned(const Slice& slice, const Point2& approach)
+      : size(static_cast<std::size_t>(slice.size)), object(slice.object) {
+    for (std::size_t i = 0; i < size; ++i) {
       const Point2& p = slice.points[i];
-      const double s1 = p[0] * approach[0] + p[1] * approach[1], v1 = p[0] * u[0] + p[1] * u[1];
-      if (s1 > from && s1 < to) extend(v1);
+      s[i] = p[0] * approach[0] + p[1] * approach[1];
+      v[i] = p[1] * approach[0] - p[0] * approach[1];  // u = axis x approach
+      low = std::min(low, s[i]);
+      high = std::max(high, s[i]);
+    }
+  }
+
+  /// Range along u of what lies between two distances along the approach; false when there is none, or it only touches.
+  bool range(double from, double to, Interval& range) const {
+    if (high <= from || low >= to) return false;
+    range = {HUGE_VAL, -HUGE_VAL, object};
+    const auto extend = [&range](double at) {
+      range.low = std::min(range.low, at);
+      range.high = std::max(range.high, at);
+    };
+    for (std::size_t i = 0, before = size - 1; i < size; before = i++) {
+      if (s[i] > from && s[i] < to) extend(v[i]);
       for (const double bound : {from, to}) {
-        if ((s0 < bound && s1 > bound) || (s0 > bound && s1 < bound)) {
-          extend(v0 + (bound - s0) / (s1 - s0) * (v1 - v0));
+        if ((s[before] < bound && s[i] > bound) || (s[before] > bound && s[i] < bound)) {
+          extend(v[before] + (bound - s[before]) / (s[i] - s[before]) * (v[i] - v[before]));
         }
       }
-      s0 = s1;
-      v0 = v1;
     }
     return range.low <= range.high;
   }
@@ -200,6 +209,15 @@ bool GraspCheck::inside(const Vector3& p) const {
 }
 
 GraspVerdict GraspCheck::check(const Vector3& center, const Vector3& axis, double radius, const Hand& hand) const {
+  return search(center, axis, radius, hand, false);
+}
+
+bool GraspCheck::fits(const Vector3& center, const Vector3& axis, double radius, const Hand& hand) const {
+  return search(center, axis, radius, hand, true).fits;
+}
+
+GraspVerdict GraspCheck::search(const Vector3& center, const Vector3& axis, double radius, const Hand& hand,
+                                bool any) const {
   hand.validate();
   if (!std::isfinite(dot(center, center)) || !std::isfinite(radius) || radius < 0) {
     throw std::invalid_argument("grasp check: center and radius must be finite and the radius not negative");
@@ -225,14 +243,14 @@ GraspVerdict GraspCheck::check(const Vector3& center, const Vector3& axis, doubl
     const double angle = 2 * kPi * step / kDirections;
     const Point2 p = {std::cos(angle), std::sin(angle)}, u = {-p[1], p[0]};  // u = axis x approach
     const Vector3 approach = p[0] * e1 + p[1] * e2, across = u[0] * e1 + u[1] * e2;
-    const Beam fingers = {p, u, base, tip}, sheet = {p, u, palm - kSheet, palm};
     taken[0].clear();
     taken[1].clear();
     behind.clear();
-    for (const Slice& s : slices) {
+    for (const Slice& slice : slices) {
+      const Turned turned(slice, p);
       Interval range;
-      if (sheet.range(s, range)) behind.push_back(range);
-      if (!fingers.range(s, range)) continue;
+      if (turned.range(palm - kSheet, palm, range)) behind.push_back(range);
+      if (!turned.range(base, tip, range)) continue;
       if (range.high > 0) taken[0].push_back(range);
       if (range.low < 0) taken[1].push_back({-range.high, -range.low, range.object});
     }
@@ -258,6 +276,7 @@ GraspVerdict GraspCheck::check(const Vector3& center, const Vector3& axis, doubl
         ++in_the_way[static_cast<std::size_t>(between->object)];
       } else if (impl_->inside(center) || impl_->caster.blocked(center - right * across, center + left * across)) {
         verdict = {true, approach, left + right, "", -1};
+        if (any) return verdict;
       } else {
         best = kNothingThere;
       }
@@ -266,7 +285,7 @@ GraspVerdict GraspCheck::check(const Vector3& center, const Vector3& axis, doubl
   if (verdict.fits) return verdict;
   verdict.reason = kReasons[best];
   const auto most = std::max_element(in_the_way.begin(), in_the_way.end());
-  if (best != kNothingThere && most != in_the_way.end() && *most > 0) {
+  if ((best == kNoRoom || best == kNoPalm) && most != in_the_way.end() && *most > 0) {
     verdict.blocked_by = static_cast<std::int32_t>(most - in_the_way.begin());
   }
   return verdict;

@@ -30,7 +30,7 @@ std::vector<std::string> wrapped(const std::string& text, std::size_t columns) {
   return lines;
 }
 
-void draw(Painter& painter, const Result& result, const CasePicture& picture, bool numbers) {
+void draw(Painter& painter, const Result& result, const CasePicture& picture) {
   for (const Affordance& affordance : result.affordances) painter.draw_affordance(affordance);
   for (const bool subject : {false, true}) {
     for (const TruthMark& mark : picture.parts) {
@@ -39,7 +39,7 @@ void draw(Painter& painter, const Result& result, const CasePicture& picture, bo
   }
   const auto color = [&](std::size_t i) { return picture.handle == i ? kWrong : handle_color(i); };
   for (std::size_t i = result.handles.size(); i-- > 0;) painter.draw_handle(result.handles[i], color(i));
-  for (std::size_t i = 0; numbers && i < result.handles.size(); ++i) {
+  for (std::size_t i = 0; i < result.handles.size(); ++i) {
     painter.draw_number(result.handles[i], std::to_string(i + 1), color(i));
   }
 }
@@ -56,15 +56,17 @@ void draw_frame(Canvas& canvas, double u, double v, double magnified) {
 
 }  // namespace
 
-void write_case_picture(const std::string& path, const CloudView& cloud, const std::vector<std::uint32_t>& rgb,
-                        const Result& result, const CasePicture& picture) {
+CasePainter::CasePainter(const CloudView& cloud, const std::vector<std::uint32_t>& rgb, const Result& result)
+    : cloud_(cloud), rgb_(rgb), result_(result), whole_(std::make_unique<Painter>(cloud, rgb, Size{kWidth, kHeight})) {}
+CasePainter::~CasePainter() = default;
+
+void CasePainter::write(const std::string& path, const CasePicture& picture) const {
   const std::vector<std::string> lines =
       wrapped(picture.caption, static_cast<std::size_t>((2 * kWidth - 2 * kPadding) / (kGlyphAdvance * kScale)));
   Canvas page(2 * kWidth, kHeight + 2 * kPadding + kLine * static_cast<int>(lines.size()), kInk);
 
-  const Size size = {kWidth, kHeight};
-  Painter whole(cloud, rgb, size);
-  draw(whole, result, picture, true);
+  Painter whole = *whole_;
+  draw(whole, result_, picture);
   page.paste(whole.canvas(), 0, 0);
   double u, v, z;
   if (whole.view() && whole.view()->project(picture.focus, u, v, z)) {
@@ -74,8 +76,8 @@ void write_case_picture(const std::string& path, const CloudView& cloud, const s
     Projection view = *whole.view();
     view.a = add(add({0, 0, 0}, add(view.a, view.c, -u), magnified), view.c, (kWidth - 1) / 2.0);
     view.b = add(add({0, 0, 0}, add(view.b, view.c, -v), magnified), view.c, (kHeight - 1) / 2.0);
-    Painter place(cloud, rgb, size, view);
-    draw(place, result, picture, true);
+    Painter place(cloud_, rgb_, Size{kWidth, kHeight}, view);
+    draw(place, result_, picture);
     draw_frame(page, u, v, magnified);
     page.paste(place.canvas(), kWidth, 0);
   }

@@ -1,7 +1,9 @@
 // One case of an evaluation as a picture: the whole view, the place enlarged, and the cause in words.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -10,6 +12,8 @@
 #include "handhold/result.h"
 
 namespace handhold {
+
+class Painter;
 
 /// A part of the truth to draw.
 struct TruthMark {
@@ -26,9 +30,24 @@ struct CasePicture {
   std::string caption;                ///< printable ASCII; wrapped
 };
 
-/// Atomic; the same input gives the same bytes. Affordances are drawn, too, as `handhold localize --picture` does.
-/// @throws std::runtime_error when the file cannot be written
-void write_case_picture(const std::string& path, const CloudView& cloud, const std::vector<std::uint32_t>& rgb,
-                        const Result& result, const CasePicture& picture);
+/// Draws the cases of one scene: the whole view is rendered once.
+class CasePainter {
+ public:
+  /// The cloud and the result must outlive this. rgb: 0x00RRGGBB for each point, or empty.
+  CasePainter(const CloudView& cloud, const std::vector<std::uint32_t>& rgb, const Result& result);
+  ~CasePainter();
+  CasePainter(const CasePainter&) = delete;
+  CasePainter& operator=(const CasePainter&) = delete;
+
+  /// Atomic; the same input gives the same bytes. Affordances are drawn, too, as `handhold localize --picture` does.
+  /// @throws std::runtime_error when the file cannot be written
+  void write(const std::string& path, const CasePicture& picture) const;
+
+ private:
+  CloudView cloud_;
+  const std::vector<std::uint32_t>& rgb_;
+  const Result& result_;
+  std::unique_ptr<Painter> whole_;
+};
 
 }  // namespace handhold

@@ -172,14 +172,18 @@ class CasePictures {
   }
 
   void write(const CasePicture& picture, const char* kind, std::size_t index) {
-    if (count_++ == 0) cloud_ = read_cloud(cloud_path_);  // only scenes with something to show need their cloud
+    if (count_++ == 0) {  // only scenes with something to show need their cloud
+      cloud_ = read_cloud(cloud_path_);
+      painter_ = std::make_unique<CasePainter>(cloud_.view(), cloud_.rgb, scene_.result);
+    }
     const std::string name = scene_.name + "-" + kind + "-" + std::to_string(index + 1) + ".png";
-    write_case_picture((fs::path(folder_) / name).string(), cloud_.view(), cloud_.rgb, scene_.result, picture);
+    painter_->write((fs::path(folder_) / name).string(), picture);
   }
 
   const Scene& scene_;
   std::string cloud_path_, folder_;
   Cloud cloud_;
+  std::unique_ptr<CasePainter> painter_;
   int count_ = 0;
 };
 
@@ -195,7 +199,7 @@ int run(const Arguments& a) {
         "a folder of results and a truth file are needed; for example 'handhold evaluate results truth.json'");
   }
   const Rules rule = rules(a);
-  if (!a.clouds.empty() && a.pictures.empty()) throw UsageError("--clouds needs --pictures, which draws them");
+  if (!a.clouds.empty() && a.pictures.empty()) throw UsageError("--clouds needs --pictures, which shows them");
   check_folder(a.results, "SCENE.json for each scene");
   if (!a.scenes.empty()) check_folder(a.scenes, "SCENE.toml for each scene");
   if (!a.csv.empty()) AtomicFile::check_writable(a.csv);

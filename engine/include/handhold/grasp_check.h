@@ -33,7 +33,7 @@ struct GraspVerdict {
   /// Why nothing fits, of the direction that came closest: "no room for the fingers", "too wide for the hand", "no room
   /// for the palm" or "nothing between the fingers"; empty when it fits. A literal.
   const char* reason = "";
-  /// Index into Scene::objects of what most often stands in the fingers' way; -1 when it fits or nothing does.
+  /// Index into Scene::objects of what most often stands in the way of fingers or palm; -1 when there is room for them.
   std::int32_t blocked_by = -1;
 };
 
@@ -64,7 +64,12 @@ class GraspCheck {
   /// @throws std::invalid_argument for a center or radius that is not finite, a negative radius, an axis of length zero
   GraspVerdict check(const Vector3& center, const Vector3& axis, double radius, const Hand& hand = {}) const;
 
+  /// GraspVerdict::fits of the same, several times faster where something fits.
+  bool fits(const Vector3& center, const Vector3& axis, double radius, const Hand& hand = {}) const;
+
  private:
+  GraspVerdict search(const Vector3& center, const Vector3& axis, double radius, const Hand& hand, bool any) const;
+
   struct Impl;
   std::unique_ptr<Impl> impl_;
 };

@@ -1,6 +1,7 @@
 #include "files.h"
 
 #include <cmath>
+#include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <nlohmann/json.hpp>
@@ -22,10 +23,13 @@ struct Place {
 };
 
 Json parse(const std::string& path) {
+  std::error_code ignored;  // a folder can be opened, but reading it throws
   std::ifstream file(path, std::ios::binary);
-  if (!file) throw std::runtime_error("cannot read '" + path + "'; it must be a JSON file");
+  if (!file || std::filesystem::is_directory(path, ignored))
+    throw std::runtime_error("cannot read '" + path + "'; it must be a JSON file");
   const std::string text((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());
-  if (file.bad() || text.empty()) throw std::runtime_error("'" + path + "' is empty or no file; it must hold JSON");
+  if (file.bad() || text.empty())
+    throw std::runtime_error("'" + path + "' is empty or cannot be read; it must hold JSON");
   try {
     return Json::parse(text);
   } catch (const Json::exception& error) {

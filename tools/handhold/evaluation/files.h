@@ -10,8 +10,9 @@
 
 namespace handhold::evaluation {
 
-/// Scenes of a truth file, sorted by name: scene -> list of parts (README, "Truth files"). Without a centre line a part
-/// is straight. `confidence`, `visible`, `measured`, `graspable`, `raised` and `family` may be missing.
+/// Scenes of a truth file, sorted by name: one JSON object, scene -> list of parts. A part has what, center, axis,
+/// radius and length (m, in the frame of the scene's cloud). confidence, centre_line (without it the part is straight),
+/// visible, measured, graspable, raised and family may be missing.
 /// @throws std::runtime_error, one line, when the file cannot be read or is no truth
 std::map<std::string, std::vector<LabelledPart>> read_truth(const std::string& path);
 
