@@ -22,8 +22,8 @@ int main(int argc, char** argv) try {
   const sensor::Frame frame = camera.capture(scene, T_world_camera);
   write_pcd(folder + "/table_scene.pcd", frame.cloud.view());
   AtomicFile truth(folder + "/table_scene.truth.json");
-  truth.write(sensor::truth_json(
-      {{"table_scene", sensor::captured_truth(scene, T_world_camera, camera.options(), frame)}}));
+  truth.write(
+      sensor::truth_json({{"table_scene", sensor::captured_truth(scene, T_world_camera, camera.options(), frame)}}));
   truth.commit();
   return 0;
 } catch (const std::exception& error) {

@@ -114,7 +114,15 @@ std::vector<Point2> convex_hull(std::vector<Point2> points) {
     hull.pop_back();
     std::reverse(points.begin(), points.end());
   }
-  return hull;
+  // Rounding leaves corners that are the same in truth; an edge between them would have any direction.
+  constexpr double kSame = 1e-6;
+  std::vector<Point2> corners;
+  const auto same = [](const Point2& a, const Point2& b) { return std::hypot(a[0] - b[0], a[1] - b[1]) < kSame; };
+  for (const Point2& p : hull) {
+    if (corners.empty() || !same(corners.back(), p)) corners.push_back(p);
+  }
+  while (corners.size() > 1 && same(corners.front(), corners.back())) corners.pop_back();
+  return corners;
 }
 
 }  // namespace handhold::sensor

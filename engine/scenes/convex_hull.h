@@ -13,7 +13,7 @@ namespace handhold::sensor {
 Mesh convex_hull(const std::vector<Vector3>& points);
 
 /// Convex hull in the plane, counter-clockwise, without points on its edges; fewer than 3 points when all lie on a
-/// line.
+/// line. Corners within a micrometre of each other are one.
 std::vector<Point2> convex_hull(std::vector<Point2> points);
 
 }  // namespace handhold::sensor

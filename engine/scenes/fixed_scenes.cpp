@@ -43,7 +43,49 @@ SceneFile scene_of(const std::string& name, const std::vector<Place>& places, co
 }  // namespace
 
 std::vector<SceneFile> paper_scenes() {
-  return {};
+  // Places for which the camera sees all parts of every object, found by trying many.
+  const std::vector<std::vector<Place>> layouts = {
+      {{"purex_bottle", 0.04, -0.01, -125},
+       {"carrying_case", 0.17, 0.19, -20},
+       {"brush_1", 0.20, -0.10, -125},
+       {"plunger", -0.09, -0.17, -155},
+       {"dust_pan", -0.26, 0.05, -135}},
+      {{"all_bottle", -0.26, 0.16, -70},
+       {"sponge", 0.16, 0.05, -140},
+       {"brush_2", -0.02, -0.07, -35},
+       {"pot", -0.23, -0.21, 5}},
+      {{"lint_roller", -0.03, -0.22, -90}, {"sprayer", 0.23, 0.14, -20}, {"dust_pan", -0.22, 0.11, -55}},
+      {{"purex_bottle", 0.04, 0.11, -135},
+       {"plunger", 0.06, -0.08, -95},
+       {"sponge", 0.26, 0.00, -25},
+       {"pot", -0.13, -0.21, -20}},
+      {{"all_bottle", -0.12, 0.07, -80},
+       {"carrying_case", 0.24, -0.18, 40},
+       {"brush_1", 0.15, 0.13, -155},
+       {"sprayer", 0.29, 0.09, -10}},
+      {{"purex_bottle", 0.13, 0.20, 0},
+       {"carrying_case", -0.40, -0.05, -10},
+       {"brush_1", 0.32, 0.09, -105},
+       {"plunger", -0.12, -0.24, -165},
+       {"dust_pan", -0.21, 0.25, -45},
+       {"brush_2", 0.06, -0.09, -70},
+       {"sponge", 0.22, -0.19, -55},
+       {"lint_roller", -0.36, -0.24, -145}},
+      {{"blue_bottle", -0.06, 0.26, -5},
+       {"purex_bottle", 0.37, 0.21, -155},
+       {"brush_1", 0.08, -0.17, -140},
+       {"plunger", 0.20, 0.15, -125},
+       {"brush_2", -0.08, 0.04, -150},
+       {"sponge", -0.12, -0.20, -110},
+       {"dust_pan", 0.39, -0.26, -135}},
+  };
+  std::vector<SceneFile> scenes;
+  for (const std::vector<Place>& layout : layouts) {
+    const std::size_t number = scenes.size() + 1;
+    const Vector3 eye = number <= 5 ? Vector3{0, -0.62, 0.66} : Vector3{0, -0.68, 0.80};
+    scenes.push_back(scene_of("paper_" + std::to_string(number), layout, eye, {0, -0.01, 0.05}, number));
+  }
+  return scenes;
 }
 
 std::vector<SceneFile> single_object_scenes() {

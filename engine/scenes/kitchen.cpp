@@ -67,8 +67,8 @@ Shape pan(const Sizes& s) {
   shape.add_vessel({{0, 0.82 * radius, 0.82 * radius - kWall}, {height, radius, radius - kWall}}, 0.005);
   // The handle rises a little; it begins inside the wall.
   const Pose at_rim = translation(radius - 0.002, 0, height - 0.010) * rotation({0, 1, 0}, -kTilt);
-  shape.add_bar({{-0.002, 0, 0}, {0.030, 0, 0}}, {0, 1, 0}, rounded_rectangle(0.5 * thick, 0.5 * wide, 0.4 * std::min(thick, wide)),
-                at_rim);
+  shape.add_bar({{-0.002, 0, 0}, {0.030, 0, 0}}, {0, 1, 0},
+                rounded_rectangle(0.5 * thick, 0.5 * wide, 0.4 * std::min(thick, wide)), at_rim);
   shape.add_bar({{0.028, 0, 0}, {length, 0, 0}}, {0, 1, 0}, rounded_rectangle(thick, wide, 0.8 * std::min(thick, wide)),
                 at_rim);
   shape.grip("pan handle", {0.030, 0, 0}, {length - 0.002, 0, 0}, std::max(thick, wide), 1, at_rim);

@@ -9,11 +9,6 @@
 namespace handhold::sensor {
 namespace {
 
-/// Whether the highest points of a family's objects bound a closed flat surface, not the rim of something hollow.
-bool is_block(const std::string& family) {
-  return family == "carton" || family == "brick" || family == "book";
-}
-
 std::vector<Point2> turned(const std::vector<Point2>& polygon, double x, double y, double yaw) {
   std::vector<Point2> result;
   const double c = std::cos(yaw), s = std::sin(yaw);
@@ -38,6 +33,11 @@ bool separated_by_edge_of(const std::vector<Point2>& a, const std::vector<Point2
 }
 
 }  // namespace
+
+bool is_block(const std::string& family) {
+  // The others' highest points bound a rim, or belong to a handle.
+  return family == "carton" || family == "brick" || family == "book";
+}
 
 Resting at_rest(const std::string& name, const std::string& family, const Sizes& sizes, const Pose& start) {
   const Mesh mesh = make_object(family, sizes).mesh;

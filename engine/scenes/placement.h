@@ -18,6 +18,9 @@ struct Resting {
   double height = 0;              ///< m
 };
 
+/// Whether a family's objects have a closed flat top, so that other things can stand on it.
+bool is_block(const std::string& family);
+
 /// Lets an object of a family come to rest from an orientation.
 Resting at_rest(const std::string& name, const std::string& family, const Sizes& sizes, const Pose& start);
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <stdexcept>
 
 #include "placement.h"
@@ -83,9 +84,12 @@ class Table {
   static constexpr double kGap = 0.004;  // m between the shadows of two things
 
   bool put_on_top(const Resting& thing) {
-    for (int i = 0; i < 10 && !things_.empty(); ++i) {
-      const Resting& below = things_[draw_.index(things_.size())];
-      if (below.top.empty() || below.height > 0.20) continue;
+    std::vector<const Resting*> carriers;
+    for (const Resting& other : things_) {
+      if (!other.top.empty() && other.height <= 0.20) carriers.push_back(&other);
+    }
+    for (int i = 0; i < 20 && !carriers.empty(); ++i) {
+      const Resting& below = *carriers[draw_.index(carriers.size())];
       const Vector3 middle = below.object.T_world_object.t;
       const Resting there = moved(thing, middle[0] + draw_.uniform(-0.05, 0.05), middle[1] + draw_.uniform(-0.05, 0.05),
                                   below.height, draw_.uniform(0, 2 * kHalfTurn));
@@ -215,9 +219,14 @@ SceneFile random_scene(std::uint64_t seed, const RandomSceneOptions& options) {
     target = target + (1.0 / static_cast<double>(table.things().size())) * thing.object.T_world_object.t;
   }
   target[2] = 0.05;
+  std::vector<std::string> blocks;
+  std::copy_if(options.clutter.begin(), options.clutter.end(), std::back_inserter(blocks), is_block);
   for (int i = 0; i < level; ++i) {
+    // In some scenes the first thing is one that others can stand on.
+    const bool block = i == 0 && !blocks.empty() && draw.chance(0.4);
+    const std::vector<std::string>& from = block ? blocks : options.clutter;
     for (int k = 0; k < kTries; ++k) {
-      if (table.put(options.clutter[draw.index(options.clutter.size())], draw.chance(0.2))) break;
+      if (table.put(from[draw.index(from.size())], draw.chance(0.4))) break;
     }
   }
 

@@ -172,6 +172,9 @@ void read_camera(Reader& reader, SceneFile& file) {
       reader.fail(reader.take("eye"), error.what());
     }
   } else {
+    if (!reader.has("position")) {
+      reader.fail(nullptr, "eye and target are missing; give them, or position and rotation (optical frame)");
+    }
     file.T_world_camera = read_pose(reader);
     for (const char* key : {"eye", "target", "roll"}) reader.take(key);
   }
@@ -298,12 +301,12 @@ SceneFile parse_scene(const std::string& text, const std::string& source) {
     reader.fail(reader.take("name"), "name '" + file.name + "' must be letters, digits, '_', '-' and '.'");
   }
   auto camera = reader.table("camera");
-  if (!camera) reader.fail(nullptr, "camera is missing; give a table [camera] with eye and target");
-  read_camera(*camera, file);
   const toml::node* objects = reader.take("object");
   const toml::array* list = objects ? objects->as_array() : nullptr;
-  if (objects && (!list || !list->is_array_of_tables())) reader.fail(objects, "object must be tables [[object]]");
   reader.refuse_unknown();
+  if (!camera) reader.fail(nullptr, "camera is missing; give a table [camera] with eye and target");
+  if (objects && (!list || !list->is_array_of_tables())) reader.fail(objects, "object must be tables [[object]]");
+  read_camera(*camera, file);
   std::set<std::string> names;
   for (std::size_t i = 0; list && i < list->size(); ++i) {
     Reader object(*(*list)[i].as_table(), source, "object " + std::to_string(i + 1) + ": ");
