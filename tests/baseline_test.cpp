@@ -105,20 +105,20 @@ TEST(Baseline, SaysWhyThereIsNoAffordance) {
   };
   EXPECT_EQ(outcome(scene.cloud.view(), test::paper_options(), {{1, 1, 1}}), baseline::Outcome::kTooFewPoints);
 
-  Options small_hand;
+  Options small_hand = test::paper_options();
   small_hand.hand_aperture = 0.039;
   small_hand.reach = 0.05;
   EXPECT_EQ(outcome(scene.cloud.view(), small_hand, on_cylinder), baseline::Outcome::kCircleWide);
 
-  Options short_reach;
+  Options short_reach = test::paper_options();
   short_reach.reach = 0.019;
   EXPECT_EQ(outcome(scene.cloud.view(), short_reach, on_cylinder), baseline::Outcome::kCurvatureLow);
 
-  Options large_parts;
+  Options large_parts = test::paper_options();
   large_parts.hand_minimum = 0.041;
   EXPECT_EQ(outcome(scene.cloud.view(), large_parts, on_cylinder), baseline::Outcome::kCircleNarrow);
 
-  Options much_inside;
+  Options much_inside = test::paper_options();
   much_inside.shell_inner_area_mm2 = 1e5;
   EXPECT_EQ(outcome(scene.cloud.view(), much_inside, on_cylinder), baseline::Outcome::kShellEmpty);
 

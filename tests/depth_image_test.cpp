@@ -99,7 +99,7 @@ TEST(DepthImage, ShadowsAreSeenThrough) {
       for (int u = u0; u < u1; ++u) points[static_cast<std::size_t>(v * kWidth + u)].setConstant(kNan);
   };
   remove(48, 60, 0, 60);      // as wide as a shadow
-  remove(100, 140, 60, 120);  // too wide
+  remove(100, 140, 60, 110);  // too wide
   remove(20, 22, 80, 84);     // speckle
   const Placed cloud{points};
   DepthImage image;

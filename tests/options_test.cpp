@@ -49,7 +49,6 @@ std::vector<BadValue> bad_values() {
          o.workspace = {{0, 1, 0, 1, kNan, 1}};
        },
        "workspace", "nan 1", "low < high along z"},
-      {[](O& o) { o.radius = {}; }, "radius", "nothing", "one or more radii"},
       {[](O& o) { o.radius.assign(9, 0.02); }, "radius", "9 values", "at most 8"},
       {[](O& o) {
          o.method = Method::kPaper, o.radius = {0.02, 0.03};
@@ -119,6 +118,8 @@ std::vector<BadValue> bad_values() {
       "align_radius", [](O& o, double v) { o.align_radius = v; }, "1 m");
   from_zero(
       "handle_min_length", [](O& o, double v) { o.handle_min_length = v; }, "10 m");
+  from_zero(
+      "min_free", [](O& o, double v) { o.min_free = v; }, "1");
   from_zero(
       "min_confidence", [](O& o, double v) { o.min_confidence = v; }, "1");
   return bad;

@@ -353,19 +353,19 @@ TEST(ReferencePipeline, EveryStepCanRefuse) {
   EXPECT_EQ(step(test::plane(random, 4000, 0.1), {0, 0, 0}, options), Step::kFlat);
   EXPECT_EQ(step(test::cylinder(random, 20000, 0.07, 0.2, 2e-4), {0.07, 0, 0}, options), Step::kCurvatureLow);
   EXPECT_EQ(step(test::cylinder(random, 20000, 0.045, 0.2, 2e-4), {0.045, 0, 0}, options), Step::kCircleWide);
-  Options fixed_hand;
+  Options fixed_hand = test::paper_options();
   fixed_hand.hand_minimum = 0.05;
   EXPECT_EQ(step(rod, on_rod, fixed_hand), Step::kCircleNarrow);
   // a wall of points around the rod, 5 mm away and thicker than the aperture allows to go round
   test::FloatPoints wrapped = rod;
   for (double radius = 0.025; radius < 0.06; radius += 0.003)
     wrapped = test::joined(wrapped, test::cylinder(random, 20000, radius, 0.2));
-  Options near;
+  Options near = test::paper_options();
   near.radius = {0.01};  // sees the rod alone
   near.min_neighbours = 10;
   near.finger_thickness = 0.02;
   EXPECT_EQ(step(wrapped, {0.015, 0, 0}, near), Step::kNoGap);
-  Options greedy;
+  Options greedy = test::paper_options();
   greedy.shell_inner_area_mm2 = 1e5;
   EXPECT_EQ(step(rod, on_rod, greedy), Step::kShellEmpty);
   EXPECT_EQ(step(rod, on_rod, options), Step::kAffordance);
@@ -375,14 +375,14 @@ TEST(ReferencePipeline, MovesWithTheCloud) {
   Random random(13);
   const auto points = test::cylinder(random, 8000, 0.02, 0.2, 5e-4, M_PI);
   const Vector3d sample(0.02, 0, 0);
-  const auto still = reference::localize_sample(seen_from_afar(points), sample, {});
+  const auto still = reference::localize_sample(seen_from_afar(points), sample, test::paper_options());
   ASSERT_EQ(still.step, Step::kAffordance);
   const Matrix3d R = random.rotation();
   const Vector3d t(0.3, -0.1, 0.8);
   reference::Cloud moved = seen_from_afar(points);
   for (Vector3d& p : moved.points) p = R * p + t;
   moved.viewpoint = R * *moved.viewpoint + t;
-  const auto result = reference::localize_sample(moved, R * sample + t, {});
+  const auto result = reference::localize_sample(moved, R * sample + t, test::paper_options());
   ASSERT_EQ(result.step, Step::kAffordance);
   EXPECT_LT((result.affordance.center - (R * still.affordance.center + t)).norm(), 1e-8);
   EXPECT_LT(angle_between(result.affordance.axis, R * still.affordance.axis), 1e-7);

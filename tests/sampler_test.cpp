@@ -292,7 +292,7 @@ Sample expected_proposal(const Scene& scene, const Options& options, const Sampl
     const Sampler::Draw d = sampler.draw(round, i, attempt);
     if (!d.accepted) continue;
     const Vector3d at(d.position[0], d.position[1], d.position[2]);
-    double best = options.effective_radius().front();
+    double best = options.effective_radius().back();
     const Vector3f* nearest = nullptr;
     for (const Vector3f& p : scene.measured) {
       const double distance = (p.cast<double>() - at).norm();
@@ -311,7 +311,7 @@ double distance(const Sample& a, const Sample& b) {
 TEST(SamplerProposals, AreTheNearestPointsOfTheCloud) {
   Random random(44);
   const Scene scene(test::depth_image(random, 100, 75), 75);
-  Options with_workspace, sum;
+  Options with_workspace = test::paper_options(), sum = test::paper_options();
   with_workspace.workspace = {{-0.02, 0.3, -1, 0.01, 0, 2}};
   sum.strategy = Strategy::kSum;
   for (const Options& options : {test::paper_options(), with_workspace, sum}) {
@@ -387,7 +387,7 @@ TEST(SamplerWorkspace, HoldsEverySample) {
   for (const auto& samples : {uniform(sampler, 0, 1000), proposals(sampler, 1, 1000)})
     for (const Sample& s : samples) EXPECT_TRUE(inside(options.workspace, Vector3f(s[0], s[1], s[2])));
 
-  Options nowhere;
+  Options nowhere = test::paper_options();
   nowhere.workspace = {{1, 2, 1, 2, 1, 2}};
   Sampler none(nowhere);
   none.begin(scene.tiles, *scene.index);

@@ -278,7 +278,7 @@ TEST(Simulated, DemonstrationSceneGivesItsGraspableParts) {
     SCOPED_TRACE(options.noise.axial_sigma > 0 ? "with noise" : "without noise");
     const sensor::DepthCamera camera(options);
     const std::vector<sensor::Part> truth = camera.truth(scene, T_world_camera);
-    const Result result = Localizer().localize(camera.capture(scene, T_world_camera).cloud.view());
+    const Result result = Localizer(test::paper_options()).localize(camera.capture(scene, T_world_camera).cloud.view());
     std::set<std::string> found;
     for (const Handle& handle : result.handles) {
       bool right = false;

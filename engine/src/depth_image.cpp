@@ -17,6 +17,8 @@ constexpr double kProjectorBaseline = 0.075;
 /// Runs of missing pixels that edges and noise leave (px).
 constexpr double kEdgePixels = 8;
 constexpr int kColumnPixels = 4;
+/// Width of the frame about a cloud that is no image (m, at its median distance).
+constexpr double kMargin = 0.15;
 
 bool usable(const float* p) {
   return std::fabs(p[0]) <= 1e6f && std::fabs(p[1]) <= 1e6f && std::fabs(p[2]) <= 1e6f;
@@ -110,18 +112,22 @@ void DepthImage::read_organized(const CloudView& cloud) {
 void DepthImage::draw_unorganized(const CloudView& cloud) {
   Vector3 forward{};
   std::vector<Vector3> directions;
+  std::vector<double> distances;
   const std::size_t stride = cloud.size() / 8192 | 1;
   for (std::size_t i = 0; i < cloud.size(); i += stride) {
     if (!usable(cloud.point(i))) continue;
     const Vector3 d = point(cloud.point(i)) - viewpoint_;
     if (!(norm(d) > 1e-3)) continue;
     directions.push_back(normalized(d));
+    distances.push_back(norm(d));
     forward = forward + directions.back();
   }
   if (directions.size() < 10 || !(norm(forward) > 1e-6)) return;
   forward = normalized(forward);
   const Vector3 right = any_perpendicular(forward), down = cross(forward, right);
   // Extent of the view: all but the outermost directions.
+  std::nth_element(distances.begin(), distances.begin() + static_cast<std::ptrdiff_t>(distances.size() / 2),
+                   distances.end());
   std::vector<double> us, vs;
   for (const Vector3& d : directions) {
     const double z = dot(d, forward);
@@ -132,7 +138,10 @@ void DepthImage::draw_unorganized(const CloudView& cloud) {
   if (us.size() < 10) return;
   const auto [u_low, u_high] = std::minmax_element(us.begin(), us.end());
   const auto [v_low, v_high] = std::minmax_element(vs.begin(), vs.end());
-  const double u0 = *u_low, v0 = *v_low, du = *u_high - u0 + 1e-6, dv = *v_high - v0 + 1e-6;
+  // With a margin, so that what stands at the border of the cloud has something beside it: nothing.
+  const double margin = kMargin / distances[distances.size() / 2];
+  const double u0 = *u_low - margin, v0 = *v_low - margin;
+  const double du = *u_high - u0 + margin, dv = *v_high - v0 + margin;
   // Share of the view that holds points, on a coarse grid.
   constexpr int kGrid = 48;
   std::vector<char> hit(kGrid * kGrid, 0);

@@ -87,8 +87,8 @@ TEST_F(Cli, JsonHasTheSchemaThatOtherProgramsRead) {
     EXPECT_TRUE(result["times_ms"][stage].is_number()) << stage;
   }
   ASSERT_FALSE(result["handles"].empty());
-  EXPECT_EQ(keys(result["handles"][0]),
-            (Words{"center", "axis", "approach", "radius", "length", "confidence", "affordances"}));
+  EXPECT_EQ(keys(result["handles"][0]), (Words{"center", "axis", "approach", "radius", "length", "confidence", "arc",
+                                               "residual", "observed_free", "normal_error", "affordances"}));
   ASSERT_FALSE(result["affordances"].empty());
   EXPECT_EQ(keys(result["affordances"][0]), (Words{"center", "axis", "normal", "radius", "gap", "observed_free"}));
   for (const Json& index : result["handles"][0]["affordances"]) EXPECT_LT(index, result["affordances"].size());
@@ -217,6 +217,7 @@ TEST_F(Cli, EveryOptionIsAFlag) {
                                     {"hand_minimum", "0.01"},
                                     {"finger_thickness", "0.011"},
                                     {"finger_width", "0.021"},
+                                    {"min_free", "0.6"},
                                     {"reach", "0.06"},
                                     {"shell_gap_area_mm2", "13"},
                                     {"shell_inner_area_mm2", "101"},
