@@ -36,7 +36,7 @@ struct SceneFile {
 /// @throws std::invalid_argument as make_object, naming the object
 Scene build(const SceneFile& file);
 
-/// Reads a scene, see README ("Scene files").
+/// Reads a scene, see README ("Simulated scenes").
 /// @throws std::runtime_error with one line: what is wrong, in which file and line, what would be right
 SceneFile read_scene(const std::string& path);
 /// The same from text. @param source  name of the text in messages
