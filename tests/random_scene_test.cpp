@@ -102,6 +102,13 @@ TEST(RandomScene, HoldsWhatTheOptionsSay) {
     EXPECT_NE(file.name.find("_c" + std::to_string(level)), std::string::npos);
     EXPECT_GE(things, 1 + level);
     EXPECT_LE(things, 4 + level);
+    const Pose T_camera_world = file.T_world_camera.inverse();
+    for (const SceneObject& object : file.objects) {
+      if (is_furniture(object)) continue;
+      for (const Vector3& v : make_object(object.family, object.sizes).mesh.vertices) {
+        ASSERT_GT(T_camera_world.point(object.T_world_object.point(v))[2], file.camera.min_range) << object.name;
+      }
+    }
     const double distance = eigen(file.T_world_camera.t).norm();
     EXPECT_GT(distance, 0.3);
     EXPECT_LT(distance, 1.7);
@@ -286,6 +293,18 @@ TEST(CapturedTruth, GraspableAsksForRoomForTheFingersSomewhere) {
   };
   EXPECT_FALSE(truth_of_rod(between(-0.1, 0.1))[0].graspable);
   EXPECT_TRUE(truth_of_rod(between(-0.1, 0.02))[0].graspable) << "not in the middle, but at an end";
+}
+
+TEST(CapturedTruth, RaisedIsFreeOfOthersAllAround) {
+  const auto floor = [](double clearance) {
+    return std::vector<Object>{screen(0, 0, 1, 1, 0.7 + 0.012 + clearance + 0.002)};  // behind the rod, 4 mm thick
+  };
+  EXPECT_TRUE(truth_of_rod({})[0].raised);
+  EXPECT_TRUE(truth_of_rod(floor(0.011))[0].raised);
+  EXPECT_FALSE(truth_of_rod(floor(0.007))[0].raised);
+  EXPECT_FALSE(truth_of_rod(floor(0.0001))[0].raised);
+  // Under less than half of it.
+  EXPECT_TRUE(truth_of_rod({screen(0, 0.5 + 0.03, 1, 1, 0.7 + 0.015)})[0].raised);
 }
 
 TEST(CapturedTruth, AFrameOfAnotherSizeIsRefused) {

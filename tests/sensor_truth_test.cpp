@@ -64,12 +64,15 @@ TEST(Truth, VisibleIsTheShareThatNothingHides) {
 
 TEST(Truth, JsonHasThePartsOfEveryScene) {
   Part part = {"a \"rod\"", {0.1, -0.25, 1}, {0, 0, 1}, 0.02, 0.16, 1, {{0, 0, 0}, {-1e-9, 0, 0.5}}, 0.75, false};
+  Part owned = part;
+  owned.family = "mug";
+  EXPECT_NE(truth_json({{"one", {owned}}}).find("    {\"family\": \"mug\", \"what\": "), std::string::npos);
   EXPECT_EQ(truth_json({{"one", {part}}, {"none", {}}}),
             "{\n  \"one\": [\n"
             "    {\"what\": \"a \\\"rod\\\"\", \"center\": [0.1, -0.25, 1], \"axis\": [0, 0, 1],\n"
             "     \"radius\": 0.02, \"length\": 0.16, \"confidence\": 1,\n"
             "     \"centre_line\": [[0, 0, 0], [0, 0, 0.5]],\n"
-            "     \"visible\": 0.75, \"measured\": true, \"graspable\": false}\n"
+            "     \"visible\": 0.75, \"measured\": true, \"raised\": true, \"graspable\": false}\n"
             "  ],\n  \"none\": []\n}\n");
 }
 

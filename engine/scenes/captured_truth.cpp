@@ -127,6 +127,31 @@ bool is_graspable(const Part& part, const GraspCheck& check) {
   return false;
 }
 
+/// Part::raised, given what is not the part's object.
+bool is_raised(const Part& part, const GraspCheck& others) {
+  constexpr double kStep = 0.010, kThickness = 0.010;
+  constexpr int kDirections = 24;
+  const CentreLine line(part.centre_line);
+  const Vector3 side = side_of(part.centre_line);
+  const auto places = std::max<std::size_t>(1, static_cast<std::size_t>(line.length() / kStep));
+  std::size_t free = 0;
+  for (std::size_t i = 0; i < places; ++i) {
+    const double along = line.length() * (static_cast<double>(i) + 0.5) / static_cast<double>(places);
+    const Vector3 at = line.point(along), tangent = line.tangent(along);
+    const Vector3 x = unit(cross(tangent, side)), y = cross(tangent, x);
+    bool touched = false;
+    for (int k = 0; k < kDirections && !touched; ++k) {
+      const Vector3 out = std::cos(kTurn * k / kDirections) * x + std::sin(kTurn * k / kDirections) * y;
+      // Three circles, so that thin things between them are met, too.
+      for (const double beyond : {0.002, kThickness / 2, kThickness}) {
+        touched = touched || others.inside(at + (part.radius + beyond) * out);
+      }
+    }
+    free += !touched;
+  }
+  return 2 * free >= places;
+}
+
 }  // namespace
 
 std::vector<Part> captured_truth(const Scene& scene, const Pose& T_world_camera, const CameraOptions& options,
@@ -147,9 +172,14 @@ std::vector<Part> captured_truth(const Scene& scene, const Pose& T_world_camera,
   const GraspCheck check(scene);
   std::size_t k = 0;
   for (std::size_t i = 0; i < scene.objects.size(); ++i) {
+    if (scene.objects[i].parts.empty()) continue;
+    Scene rest = scene;
+    rest.objects.erase(rest.objects.begin() + static_cast<std::ptrdiff_t>(i));
+    const GraspCheck others(rest);
     for (const Part& part : scene.objects[i].parts) {
       truth[k].measured = is_measured(truth[k], points[i]);
       truth[k].graspable = is_graspable(part, check);
+      truth[k].raised = is_raised(part, others);
       ++k;
     }
   }

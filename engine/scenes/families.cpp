@@ -87,6 +87,7 @@ Object make_object(const std::string& name, const Sizes& sizes) {
   object.name = name;
   object.mesh = std::move(shape.mesh);
   object.parts = std::move(shape.parts);
+  for (Part& part : object.parts) part.family = name;
   return object;
 }
 

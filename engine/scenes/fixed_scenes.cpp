@@ -14,6 +14,7 @@ struct Place {
   const char* family;
   double x, y;  ///< m
   double yaw;   ///< degrees
+  bool lying = false;
 };
 
 SceneObject table_top() {
@@ -31,7 +32,8 @@ SceneFile scene_of(const std::string& name, const std::vector<Place>& places, co
   file.objects.push_back(table_top());
   for (const Place& place : places) {
     // As it was made it stands, or tips over onto the side on which it is used.
-    const Resting thing = at_rest(place.family, place.family, {}, {});
+    const Pose start = place.lying ? rotation({0, 1, 0}, 90 * kDegree) : Pose{};
+    const Resting thing = at_rest(place.family, place.family, {}, start);
     file.objects.push_back(moved(thing, place.x, place.y, 0, place.yaw * kDegree).object);
   }
   file.T_world_camera = look_at(eye, target);

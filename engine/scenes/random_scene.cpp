@@ -132,22 +132,22 @@ SceneObject board(const char* name, double width, double depth, double thickness
   return object;
 }
 
-/// An eye 0.5 to 1.3 m from `target`, farther from everything than the least distance that a sensor measures.
-Vector3 draw_eye(const Vector3& target, const std::vector<Resting>& things, Draw& draw) {
-  constexpr double kClear = 0.34;
-  Vector3 eye = target;
-  for (int i = 0; i < 100; ++i) {
-    const double distance = draw.uniform(0.5, 1.3), down = draw.uniform(20, 65) * kHalfTurn / 180;
-    const double around = draw.uniform(0, 2 * kHalfTurn);
-    eye = target +
-          distance * Vector3{std::cos(down) * std::cos(around), std::cos(down) * std::sin(around), std::sin(down)};
-    const std::vector<Point2> below = {{eye[0], eye[1]}};
+/// An eye 0.5 to 1.3 m from `target`, at least `near` from everything along its line of sight.
+Vector3 draw_eye(const Vector3& target, double near, const std::vector<Resting>& things, Draw& draw) {
+  constexpr int kTries = 200;
+  for (int i = 0;; ++i) {
+    // When it gets tight, from far.
+    const double distance = i < kTries ? draw.uniform(0.5, 1.3) : 1.3;
+    const double down = draw.uniform(20, 65) * kHalfTurn / 180, around = draw.uniform(0, 2 * kHalfTurn);
+    const Vector3 back = {std::cos(down) * std::cos(around), std::cos(down) * std::sin(around), std::sin(down)};
     const bool clear = std::all_of(things.begin(), things.end(), [&](const Resting& thing) {
-      return thing.height < eye[2] - kClear || apart(thing.footprint, below, kClear);
+      return std::all_of(thing.footprint.begin(), thing.footprint.end(), [&](const Point2& p) {
+        const Vector3 top = {p[0], p[1], thing.height};
+        return distance - dot(top - target, back) > near;
+      });
     });
-    if (clear) break;
+    if (clear || i > 2 * kTries) return target + distance * back;
   }
-  return eye;
 }
 
 std::vector<std::string> family_names(FamilyHalf half, bool graspable, bool plain) {
@@ -236,11 +236,11 @@ SceneFile random_scene(std::uint64_t seed, const RandomSceneOptions& options) {
   for (const Resting& thing : table.things()) file.objects.push_back(thing.object);
 
   target = target + Vector3{draw.uniform(-0.03, 0.03), draw.uniform(-0.03, 0.03), draw.uniform(-0.02, 0.04)};
-  const Vector3 eye = draw_eye(target, table.things(), draw);
-  const double roll = draw.uniform(-6, 6) * kHalfTurn / 180;
-  file.T_world_camera = look_at(eye, target) * rotation({0, 0, 1}, roll);
   file.camera = draw.chance(0.5) ? CameraOptions::kinect() : CameraOptions::xtion();
   file.camera.seed = draw.bits();
+  const Vector3 eye = draw_eye(target, file.camera.min_range + 0.02, table.things(), draw);
+  const double roll = draw.uniform(-6, 6) * kHalfTurn / 180;
+  file.T_world_camera = look_at(eye, target) * rotation({0, 0, 1}, roll);
 
   if (draw.chance(0.35)) {
     file.objects.push_back(board("floor", 5, 5, 0.02, translation(0, 0, -draw.uniform(0.45, 0.75)), draw));

@@ -151,6 +151,7 @@ std::string truth_json(const std::vector<std::pair<std::string, std::vector<Part
     for (std::size_t i = 0; i < parts.size(); ++i) {
       const Part& part = parts[i];
       text += (i == 0 ? "\n    {" : ",\n    {");
+      if (!part.family.empty()) text += "\"family\": " + quoted(part.family) + ", ";
       text +=
           "\"what\": " + quoted(part.what) + ", \"center\": " + list(part.center) + ", \"axis\": " + list(part.axis);
       text += ",\n     \"radius\": " + number(part.radius) + ", \"length\": " + number(part.length);
@@ -158,6 +159,7 @@ std::string truth_json(const std::vector<std::pair<std::string, std::vector<Part
       for (std::size_t k = 0; k < part.centre_line.size(); ++k) text += (k ? ", " : "") + list(part.centre_line[k]);
       text += "],\n     \"visible\": " + number(part.visible);
       text += std::string(", \"measured\": ") + (part.measured ? "true" : "false");
+      text += std::string(", \"raised\": ") + (part.raised ? "true" : "false");
       text += std::string(", \"graspable\": ") + (part.graspable ? "true" : "false") + "}";
     }
     text += parts.empty() ? "]" : "\n  ]";

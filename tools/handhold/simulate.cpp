@@ -2,8 +2,8 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
-#include <atomic>
-#include <cmath>
+#include <cstdint>
+#include <cstdio>
 #include <filesystem>
 #include <memory>
 #include <mutex>
@@ -14,7 +14,6 @@
 
 #include "atomic_file.h"
 #include "command_line.h"
-#include "handhold/config.h"
 #include "handhold/io.h"
 #include "handhold/random_scene.h"
 #include "progress.h"
@@ -207,7 +206,8 @@ int run(const Arguments& a) {
   write_and_flush(stdout,
                   std::to_string(truth.size()) + (truth.size() == 1 ? " scene, " : " scenes, ") +
                       std::to_string(points / std::max<std::size_t>(1, truth.size())) + " points each, " +
-                      std::to_string(wanted) + " visible graspable parts: '" + a.folder + "'\n",
+                      std::to_string(wanted) +
+                      (wanted == 1 ? " visible graspable part: '" : " visible graspable parts: '") + a.folder + "'\n",
                   "standard output");
   return 0;
 }

@@ -36,7 +36,7 @@ struct SceneFile {
 /// @throws std::invalid_argument as make_object, naming the object
 Scene build(const SceneFile& file);
 
-/// Reads a scene, see README ("Scene files").
+/// Reads a scene, see README ("Simulated scenes").
 /// @throws std::runtime_error with one line: what is wrong, in which file and line, what would be right
 SceneFile read_scene(const std::string& path);
 /// The same from text. @param source  name of the text in messages
@@ -46,8 +46,8 @@ SceneFile parse_scene(const std::string& text, const std::string& source);
 std::string to_toml(const SceneFile& file);
 
 /// The parts of a scene in the camera's frame, as the frame shows them: Part::visible as DepthCamera::truth has it,
-/// Part::measured from the frame's points, Part::graspable from GraspCheck with an 0.08 m hand and 0.01 m fingers:
-/// whether they fit somewhere along the centre line (every 10 mm and in its middle).
+/// Part::measured from the frame's points, Part::raised from the scene, Part::graspable from GraspCheck with an 0.08 m
+/// hand and 0.01 m fingers: whether they fit somewhere along the centre line (every 10 mm and in its middle).
 /// @param frame  what DepthCamera(options).capture(scene, T_world_camera) gave
 /// @throws std::invalid_argument when the frame's size is not the camera's
 std::vector<Part> captured_truth(const Scene& scene, const Pose& T_world_camera, const CameraOptions& options,

@@ -93,6 +93,10 @@ struct Part {
   /// At least 20 mm of the centre line are *visible* in a frame: every 5 mm slice there has 10 measured points that
   /// span 60 degrees of arc. True before a frame is taken.
   bool measured = true;
+  /// At half or more of its centre line, a ring as thick as a finger (10 mm) about it is free of other objects; false:
+  /// it lies on something or leans against it. True before a frame is taken.
+  bool raised = true;
+  std::string family = {};  ///< of its object; empty: none
 };
 Part transformed(const Part& part, const Pose& T);
 
