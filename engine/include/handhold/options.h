@@ -51,7 +51,7 @@ struct Options {
   // Neighbourhoods
   std::vector<double> radius;  ///< m; radii of the ball-shaped neighbourhoods; empty: 0.025 for the paper's method,
                                ///< 0.010, 0.015, 0.025 and 0.035 for the default one
-  int min_neighbours = 10;               ///< points that a fit needs at least, >= 10
+  int min_neighbours = 10;     ///< points that a fit needs at least, >= 10
   AxisEstimator axis = AxisEstimator::kTaubin;
   IndexKind index = IndexKind::kEmbree;
   // Hand
@@ -59,19 +59,22 @@ struct Options {
   double hand_minimum = 0.0;       ///< m; smallest inner distance; 0: the hand closes
   double finger_thickness = 0.01;  ///< m; radial: the gap a shell must have
   double finger_width = 0.02;      ///< m; along the handle: the length of a shell
-  double min_free = 0.7;  ///< 0..1; share of each finger's volume that must have been seen empty (default method)
-  std::optional<double> reach;     ///< m; largest radius of curvature worth a look; default: 1.25 * hand_aperture / 2
-  // Shell. Counts of points would depend on distance and resolution, so thresholds are areas times local point density.
+  double min_free = 0.7;        ///< 0..1; share of each finger's volume that must have been seen empty (default method)
+  std::optional<double> reach;  ///< m; largest radius of curvature worth a look; default: 1.25 * hand_aperture / 2
+  // Shell (paper's method). Counts of points would depend on distance and resolution, so thresholds are areas times
+  // local point density.
   double shell_gap_area_mm2 = 12;     ///< mm^2 of surface that may lie in the gap (sensor noise); 0: not one point
   double shell_inner_area_mm2 = 100;  ///< mm^2 of surface that must lie within the inner cylinder
-  // Handles (paper, section 3.3)
+  // Handles (paper, section 3.3). The default method groups relative to the part's radius: of these it takes the
+  // smallest number of affordances and the smallest length.
   double align_angle = 0.35;        ///< rad; axes of aligned affordances differ at most by this (d_o = sin)
   double align_offset = 0.01;       ///< m; their offset across the axis at most (d_c)
   double align_radius = 0.005;      ///< m; their radii differ at most by this (d_r)
   double handle_gap = 0.015;        ///< m; a longer stretch without affordances along the axis ends a handle
   int handle_min_affordances = 3;   ///< aligned affordances that a handle needs, >= 1
   double handle_min_length = 0.02;  ///< m; extent along the axis that a handle needs
-  double min_confidence = 0.5;  ///< 0..1; handles below it are left out; up to 0.5 keeps all that meet the minima above
+  double min_confidence = 0.5;      ///< 0..1; handles below it are left out; with the paper's method all that meet the
+                                    ///< minima above have 0.5 or more
   // Running
   int threads = 0;  ///< 0: the caller's TBB arena as it is; otherwise an arena of that many, or
                     ///< of as many as tbb::global_control allows when the localizer is made
@@ -113,7 +116,8 @@ void visit_options(O& o, Visitor&& visit) {
   visit(o.strategy, OptionInfo{"strategy", "", "sampling: 'uniform', 'sum' or 'max'"});
   visit(o.seed, OptionInfo{"seed", "", "seed of the random numbers: same seed, same result"});
   visit(o.proposal_sigma,
-        OptionInfo{"proposal_sigma", "m", "standard deviation of a new sample about an affordance; default half the first radius"});
+        OptionInfo{"proposal_sigma", "m",
+                   "standard deviation of a new sample about an affordance; default half the first radius"});
   visit(o.workspace,
         OptionInfo{"workspace", "m", "XMIN XMAX YMIN YMAX ZMIN ZMAX: samples come from inside this box only"});
   visit(o.radius, OptionInfo{"radius", "m", "radii of the ball-shaped neighbourhoods; default by method"});
