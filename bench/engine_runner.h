@@ -59,14 +59,15 @@ class EngineRunner {
     const double work = 1e3 * (s.neighbours + s.moments + s.fit + s.shell), wall = milliseconds(indexed, searched);
     const double share = work > 0 ? 1e3 * std::min(1.0, wall / work) : 0;
     StageTimes& t = result.times_ms;
-    t = {milliseconds(start, indexed),
-         std::max(0.0, wall - work),
-         share * s.neighbours,
-         share * s.moments,
-         share * s.fit,
-         share * s.shell,
-         milliseconds(searched, end),
-         milliseconds(start, end)};
+    t = {};
+    t.index = milliseconds(start, indexed);
+    t.samples = std::max(0.0, wall - work);
+    t.neighbours = share * s.neighbours;
+    t.moments = share * s.moments;
+    t.fit = share * s.fit;
+    t.shell = share * s.shell;
+    t.handles = milliseconds(searched, end);
+    t.total = milliseconds(start, end);
   }
 
   Options options_;
