@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "rings.h"
 #include "vec.h"
 
 namespace handhold::sensor {
@@ -47,19 +48,7 @@ Mesh loft(const std::vector<std::vector<Vector3>>& rings) {
   Mesh mesh;
   const auto n = static_cast<std::uint32_t>(rings[0].size());
   for (const auto& points : rings) append(mesh.vertices, points);
-  const auto count = static_cast<std::uint32_t>(rings.size());
-  for (std::uint32_t i = 0; i + 1 < count; ++i) {
-    for (std::uint32_t j = 0; j < n; ++j) {
-      const std::uint32_t a = i * n + j, b = i * n + (j + 1) % n, c = b + n, d = a + n;
-      mesh.triangles.push_back({a, b, c});
-      mesh.triangles.push_back({a, c, d});
-    }
-  }
-  const std::uint32_t last = (count - 1) * n;
-  for (std::uint32_t j = 1; j + 1 < n; ++j) {
-    mesh.triangles.push_back({0, j + 1, j});
-    mesh.triangles.push_back({last, last + j, last + j + 1});
-  }
+  close_rings(mesh, static_cast<std::uint32_t>(rings.size()), n);
   return mesh;
 }
 

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "handhold/sensor.h"
+#include "rings.h"
 #include "vec.h"
 
 namespace handhold::sensor {
@@ -164,19 +165,7 @@ Mesh tube(const std::vector<Vector3>& path, const Vector3& binormal, const std::
     const Vector3 x = unit(across);
     for (const Point2& p : section) mesh.vertices.push_back(path[i] + p[0] * x + p[1] * y);
   }
-  const auto rings = static_cast<std::uint32_t>(path.size());
-  for (std::uint32_t i = 0; i + 1 < rings; ++i) {
-    for (std::uint32_t j = 0; j < n; ++j) {
-      const std::uint32_t a = i * n + j, b = i * n + (j + 1) % n, c = b + n, d = a + n;
-      mesh.triangles.push_back({a, b, c});
-      mesh.triangles.push_back({a, c, d});
-    }
-  }
-  const std::uint32_t last = (rings - 1) * n;
-  for (std::uint32_t j = 1; j + 1 < n; ++j) {
-    mesh.triangles.push_back({0, j + 1, j});
-    mesh.triangles.push_back({last, last + j, last + j + 1});
-  }
+  close_rings(mesh, static_cast<std::uint32_t>(path.size()), n);
   return mesh;
 }
 

@@ -49,6 +49,8 @@ bool Sampler::in_workspace(const float* p) const {
 void Sampler::begin(const TileStore& tiles, const NeighbourIndex& index) {
   tiles_ = &tiles;
   index_ = &index;
+  const std::vector<double> radii = options_->effective_radius();
+  snap_radius_ = static_cast<float>(*std::max_element(radii.begin(), radii.end()));
   inside_.clear();
   if (!options_->workspace) return;
   for (std::size_t rank = 0; rank < tiles.finite_points(); ++rank) {
@@ -150,9 +152,8 @@ bool Sampler::snap(const Vector3& position, float* xyz) {
   Scratch& s = scratch_.local();
   const float c[3] = {static_cast<float>(position[0]), static_cast<float>(position[1]),
                       static_cast<float>(position[2])};
-  const float radius = static_cast<float>(options_->effective_radius().back());
   // Most draws lie near a surface: a small ball first, the whole one only if it is empty.
-  for (const float r : {0.2f * radius, radius}) {
+  for (const float r : {0.2f * snap_radius_, snap_radius_}) {
     s.near.fill(*tiles_, *index_, c, c, r);
     const std::size_t capacity = static_cast<std::size_t>(s.near.view().padded) * 256 + 16;
     s.x.require(capacity), s.y.require(capacity), s.z.require(capacity);

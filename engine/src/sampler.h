@@ -59,6 +59,7 @@ class Sampler {
   const Options* options_;
   const TileStore* tiles_ = nullptr;
   const NeighbourIndex* index_ = nullptr;
+  float snap_radius_ = 0;              ///< m; a proposal goes to the nearest point within this
   std::vector<std::uint64_t> inside_;  ///< ranks of the points in the workspace
   /// Centres sorted by cell, so that the ones near a place stand together.
   struct Entry {
