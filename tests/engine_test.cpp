@@ -178,6 +178,34 @@ TEST(Localizer, RemembersNothing) {
   expect_same(moved.localize(view_of(image(), 120)), on_image);
 }
 
+TEST(Localizer, TellsWhereEverySampleWasAndWhereItEnded) {
+  for (const Strategy strategy : {Strategy::kUniform, Strategy::kMax}) {
+    Options options = few_samples();
+    options.strategy = strategy;
+    Localizer localizer(options);
+    EXPECT_TRUE(localizer.samples().empty());
+    const Result result = localizer.localize(view_of(image(), 120));
+    const std::vector<Sample> samples = localizer.samples();
+    ASSERT_EQ(samples.size(), static_cast<std::size_t>(options.samples));
+    const auto ended = [&](Step step) {
+      return std::count_if(samples.begin(), samples.end(), [&](const Sample& s) { return s.step == step; });
+    };
+    EXPECT_EQ(ended(Step::kTooFewPoints), result.funnel.too_few_points);
+    EXPECT_EQ(ended(Step::kCurvatureLow), result.funnel.curvature_low);
+    EXPECT_EQ(ended(Step::kNoGap), result.funnel.no_gap);
+    EXPECT_EQ(ended(Step::kAffordance), result.funnel.affordances);
+    ASSERT_FALSE(result.affordances.empty());
+    for (const Affordance& a : result.affordances) {
+      const Sample& sample = samples[a.sample];
+      EXPECT_EQ(sample.step, Step::kAffordance);
+      // The center lies at the sample's height on the axis.
+      EXPECT_NEAR((eigen(a.center) - eigen(sample.position)).dot(eigen(a.axis)), 0, 1e-4);
+    }
+    localizer.localize(CloudView());
+    EXPECT_TRUE(localizer.samples().empty()) << "of the last frame only";
+  }
+}
+
 TEST(Localizer, ReadsPointsOfAnyStep) {
   const FloatPoints table = table_scene(54);
   for (const auto& [points, height] : {std::pair(image(), 120u), std::pair(table, 1u)}) {

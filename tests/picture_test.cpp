@@ -252,6 +252,34 @@ TEST_F(Picture, AffordancesAndLabelsCanBeLeftOut) {
   EXPECT_GT(labels.differences(bare), 640 * 10);
 }
 
+TEST_F(Picture, SamplesAreDotsInTheColourOfTheirStep) {
+  const Cloud cloud = scene();
+  PictureOptions options = sized(640, 480, false, false);
+  const Image bare = draw(cloud, Result(), options);
+  const auto pixel_of = [](const Vector3& p) {
+    return std::array<double, 2>{(kFocal * p[0] / p[2] + kCx + 0.5) * 4 - 0.5,
+                                 (kFocal * p[1] / p[2] + kCy + 0.5) * 4 - 0.5};
+  };
+  const Vector3 flat{-0.1, 0.05, 1}, shut{-0.2, -0.1, 1};
+  options.samples = {{flat, Step::kCurvatureLow}, {shut, Step::kNoGap}};
+  const Image dots = draw(cloud, Result(), options);
+  EXPECT_LT(dots.differences(bare), 60);
+  const auto [xf, yf] = pixel_of(flat);
+  const auto [xs, ys] = pixel_of(shut);
+  EXPECT_TRUE(dots.differs_near(bare, xf, yf, 1));
+  EXPECT_TRUE(dots.differs_near(bare, xs, ys, 1));
+  const auto channel = [&](double x, double y, std::size_t c) {
+    return int(dots.rgb[3 * static_cast<std::size_t>(std::lround(y) * 640 + std::lround(x)) + c]);
+  };
+  EXPECT_GT(channel(xf, yf, 2), channel(xf, yf, 0) + 40) << "blue";
+  EXPECT_GT(channel(xs, ys, 0), channel(xs, ys, 2) + 40) << "red";
+  // The legend names the steps.
+  options.labels = true;
+  PictureOptions without = options;
+  without.samples.clear();
+  EXPECT_GT(draw(cloud, Result(), options).differences(draw(cloud, Result(), without)), 300);
+}
+
 TEST_F(Picture, HiddenPartsAreFainter) {
   const Cloud cloud = scene();
   Result result = one_handle();

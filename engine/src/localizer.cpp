@@ -70,8 +70,9 @@ struct Localizer::Impl {
   DepthImage image;
   PartSearch part_search;
   tbb::task_arena arena;
-  std::vector<float> samples;
-  std::vector<Step> steps;
+  std::vector<float> samples;   ///< xyz of the last frame's (m)
+  std::vector<Step> steps;      ///< where each of them ended
+  std::uint32_t looked_at = 0;  ///< how many of them the last frame had
   std::vector<Vector3> centres;
 
   /// In the caller's arena, or in our own when a number of threads is asked for. Isolated: a thread that waits for our
@@ -111,6 +112,7 @@ struct Localizer::Impl {
 
   void localize(const CloudView& cloud, Result& result) {
     const auto start = Clock::now();
+    looked_at = 0;
     if (!take(cloud, result)) return;
     const auto indexed = Clock::now();
     result.times_ms.index = milliseconds(start, indexed);
@@ -145,6 +147,7 @@ struct Localizer::Impl {
         search.run(xyz, static_cast<std::uint32_t>(n), first, steps.data() + first, result.affordances);
         first += static_cast<std::uint32_t>(n);
       }
+      looked_at = first;
       finish(first, result);
     }
     // Steps that run side by side share the wall-clock time of their common section as they share its work.
@@ -203,6 +206,15 @@ Result Localizer::localize(const CloudView& cloud) {
 void Localizer::localize(const CloudView& cloud, Result& result) {
   check(cloud);
   impl_->in_arena([&] { impl_->localize(cloud, result); });
+}
+
+std::vector<Sample> Localizer::samples() const {
+  std::vector<Sample> samples(impl_->looked_at);
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    const float* p = &impl_->samples[3 * i];
+    samples[i] = {{p[0], p[1], p[2]}, impl_->steps[i]};
+  }
+  return samples;
 }
 
 const Options& Localizer::options() const {

@@ -18,4 +18,30 @@ std::string_view to_string(Status status) {
   return "unknown";
 }
 
+std::string_view to_string(Step step) {
+  switch (step) {
+    case Step::kTooFewPoints:
+      return "too_few_points";
+    case Step::kFlat:
+      return "flat";
+    case Step::kCurvatureLow:
+      return "curvature_low";
+    case Step::kConcave:
+      return "concave";
+    case Step::kCircleWide:
+      return "circle_wide";
+    case Step::kCircleNarrow:
+      return "circle_narrow";
+    case Step::kPoorFit:
+      return "poor_fit";
+    case Step::kNoGap:
+      return "no_gap";
+    case Step::kShellEmpty:
+      return "shell_empty";
+    case Step::kAffordance:
+      return "affordance";
+  }
+  return "unknown";
+}
+
 }  // namespace handhold

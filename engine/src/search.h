@@ -20,20 +20,6 @@
 
 namespace handhold {
 
-/// Where a sample ended.
-enum class Step : std::uint8_t {
-  kTooFewPoints,
-  kFlat,
-  kCurvatureLow,
-  kConcave,
-  kCircleWide,
-  kCircleNarrow,
-  kPoorFit,
-  kNoGap,
-  kShellEmpty,
-  kAffordance,
-};
-
 /// Time spent in each step, summed over the threads (s).
 struct StepSeconds {
   double neighbours = 0, moments = 0, fit = 0, shell = 0;

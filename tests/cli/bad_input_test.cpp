@@ -215,6 +215,7 @@ TEST_F(BadInput, OutputsThatCannotWorkAreRefusedBeforeTheInputIsRead) {
   }
   expect_refusal({"none.pcd", "--json", "same", "--picture", "./same"}, 2, {"same"});
   expect_refusal({"none.pcd", "--picture", "-"}, 2, {"--picture"});
+  expect_refusal({"none.pcd", "--show-samples"}, 2, {"--show-samples", "--picture"});
 }
 
 TEST_F(BadInput, AFolderWithoutPermission) {

@@ -49,9 +49,9 @@ TEST_F(Cli, VersionAndHelp) {
   EXPECT_EQ(output({"--version"}).rfind("handhold ", 0), 0u);
   EXPECT_NE(output({"--help"}).find("localize"), std::string::npos);
   const std::string help = output({"localize", "--help"});
-  Words flags = {"json",   "picture",  "explain",     "print-options", "config", "viewpoint",
-                 "repeat", "no-times", "hand ",       "depth ",        "fx",     "fy",
-                 "cx",     "cy",       "depth-unit-m"};
+  Words flags = {"show-samples", "json",   "picture",  "explain",     "print-options", "config",
+                 "viewpoint",    "repeat", "no-times", "hand ",       "depth ",        "fx",
+                 "fy",           "cx",     "cy",       "depth-unit-m"};
   const Words options = option_names();
   flags.insert(flags.end(), options.begin(), options.end());
   for (std::string flag : flags) {
@@ -262,6 +262,14 @@ TEST_F(Cli, PictureIsAPng) {
   EXPECT_NE(output({"localize", "cloud.pcd", "--picture", "out.png"}), "");
   EXPECT_EQ(folder_.read("out.png").rfind("\x89PNG\r\n\x1a\n", 0), 0u);
   EXPECT_EQ(folder_.entries(), (Words{"cloud.pcd", "out.png"}));
+}
+
+TEST_F(Cli, PictureShowsTheSamplesWhenAsked) {
+  output({"localize", "cloud.pcd", "--picture", "plain.png"});
+  output({"localize", "cloud.pcd", "--picture", "samples.png", "--show-samples"});
+  output({"localize", "cloud.pcd", "--picture", "again.png", "--show-samples", "--threads", "1"});
+  EXPECT_NE(folder_.read("plain.png"), folder_.read("samples.png"));
+  EXPECT_EQ(folder_.read("again.png"), folder_.read("samples.png"));
 }
 
 TEST_F(Cli, OutputReplacesAFileAndKeepsItsModeAndLinks) {

@@ -153,6 +153,12 @@ void AtomicFile::check_writable(const std::string& path) {
   if (is_replaceable(path, path)) AtomicFile probe(path);
 }
 
+void write_file(const std::string& path, const std::string& bytes) {
+  AtomicFile file(path);
+  file.write(bytes);
+  file.commit();
+}
+
 void write_and_flush(std::FILE* file, const std::string& bytes, const std::string& name) {
   errno = 0;
   const bool written = std::fwrite(bytes.data(), 1, bytes.size(), file) == bytes.size();

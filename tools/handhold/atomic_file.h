@@ -44,6 +44,9 @@ class AtomicFile {
   bool rename_ = true;
 };
 
+/// A whole file. @throws std::runtime_error as AtomicFile
+void write_file(const std::string& path, const std::string& bytes);
+
 /// Writes all of `bytes` to a stream that is open already (standard output) and flushes it; `name` is for the message.
 /// @throws std::runtime_error when they do not all arrive
 void write_and_flush(std::FILE* file, const std::string& bytes, const std::string& name);

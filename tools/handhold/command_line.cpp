@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <charconv>
+#include <cmath>
 #include <type_traits>
 
 #include "handhold/config.h"
@@ -97,6 +98,38 @@ void apply_option_texts(Options& options, const OptionTexts& texts) {
   }
 }
 
+std::uint64_t whole_number(const std::string& flag, const std::string& text, std::uint64_t low, std::uint64_t high) {
+  std::uint64_t value = 0;
+  const char* end = text.data() + text.size();
+  const auto [last, error] = std::from_chars(text.data(), end, value);
+  if (error == std::errc() && last == end && value >= low && value <= high) return value;
+  throw UsageError(flag + " = '" + text + "': must be a whole number from " + std::to_string(low) + " to " +
+                   std::to_string(high));
+}
+
+std::vector<int> whole_numbers(const std::string& flag, const std::string& text, int low, int high) {
+  std::vector<int> values;
+  for (const double value : numbers(flag, text, low, high, "")) {
+    if (value != std::floor(value)) {
+      throw UsageError(flag + " = '" + text + "': must be whole numbers from " + std::to_string(low) + " to " +
+                       std::to_string(high));
+    }
+    values.push_back(static_cast<int>(value));
+  }
+  return values;
+}
+
+std::vector<double> numbers(const std::string& flag, const std::string& text, double low, double high,
+                            const std::string& unit) {
+  const std::vector<double> values = parse_numbers(flag, text);
+  for (const double value : values) {
+    if (value >= low && value <= high) continue;
+    throw UsageError(flag + " = '" + text + "': must be numbers from " + default_text(low) + " to " +
+                     default_text(high) + (unit.empty() ? "" : " ") + unit);
+  }
+  return values;
+}
+
 std::string with_flag(const std::string& option, const std::string& message) {
   if (message.rfind(option + " ", 0) == 0) return flag_of(option) + message.substr(option.size());
   return flag_of(option) + ": " + message;
@@ -118,6 +151,10 @@ std::vector<std::string> join_lists(const std::vector<std::string>& arguments) {
     while (i + 1 < arguments.size() && is_number(arguments[i + 1])) joined.back() += " " + arguments[++i];
   }
   return joined;
+}
+
+std::string full_name(const CLI::App& app) {
+  return app.get_parent() ? full_name(*app.get_parent()) + " " + app.get_name() : app.get_name();
 }
 
 void refuse_leftovers(const CLI::App& app) {
@@ -152,8 +189,7 @@ void refuse_leftovers(const CLI::App& app) {
     if (!nearest.empty()) nearest.insert(0, "--");
   }
   if (!nearest.empty()) message += "; did you mean '" + nearest + "'?";
-  const std::string program = app.get_parent() ? app.get_parent()->get_name() + " " + app.get_name() : app.get_name();
-  throw UsageError(message + (nearest.empty() ? "; see '" : " See '") + program + " --help'");
+  throw UsageError(message + (nearest.empty() ? "; see '" : " See '") + full_name(app) + " --help'");
 }
 
 }  // namespace handhold

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
+#include <cstdint>
 #include <map>
 #include <string>
 #include <vector>
@@ -26,12 +27,25 @@ void add_option_flags(CLI::App& app, OptionTexts& texts);
 /// Sets the options that were given. @throws UsageError naming the flag, the text and what would be right
 void apply_option_texts(Options& options, const OptionTexts& texts);
 
+/// A count or a seed that the user gave to a flag. @throws UsageError naming the flag, the text and the range
+std::uint64_t whole_number(const std::string& flag, const std::string& text, std::uint64_t low, std::uint64_t high);
+
+/// Several of them, commas or blanks between. @throws UsageError as above
+std::vector<int> whole_numbers(const std::string& flag, const std::string& text, int low, int high);
+
+/// Several numbers, commas or blanks between. @throws UsageError naming the flag, the text and the range
+std::vector<double> numbers(const std::string& flag, const std::string& text, double low, double high,
+                            const std::string& unit);
+
 /// A message that begins with an option's name, about its flag: "radius = 0: ..." -> "--radius = 0: ...".
 std::string with_flag(const std::string& option, const std::string& message);
 
 /// Joins the numbers after a flag that takes several into one argument ("--radius", "0.01", "0.02" ->
 /// "--radius=0.01 0.02"): otherwise the list would swallow the cloud's name that follows.
 std::vector<std::string> join_lists(const std::vector<std::string>& arguments);
+
+/// "handhold localize"
+std::string full_name(const CLI::App& app);
 
 /// @throws UsageError for the first argument that CLI11 could not place, with the nearest flag or subcommand.
 void refuse_leftovers(const CLI::App& app);

@@ -187,12 +187,6 @@ class CasePictures {
   int count_ = 0;
 };
 
-void write_text(const std::string& path, const std::string& text) {
-  AtomicFile file(path);
-  file.write(text);
-  file.commit();
-}
-
 int run(const Arguments& a) {
   if (a.results.empty() || a.truth.empty()) {
     throw UsageError(
@@ -231,7 +225,7 @@ int run(const Arguments& a) {
       }
     }
   }
-  if (!a.csv.empty()) write_text(a.csv, evaluation::csv(scenes));
+  if (!a.csv.empty()) write_file(a.csv, evaluation::csv(scenes));
 
   std::vector<evaluation::SceneScore> scores;
   std::vector<std::vector<evaluation::LabelledPart>> parts;

@@ -1,6 +1,4 @@
 // handhold localize: reads a cloud, finds handles, writes them.
-#include <tbb/global_control.h>
-
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -24,6 +22,7 @@
 #include "result_json.h"
 #include "run_times.h"
 #include "subcommand.h"
+#include "threads.h"
 #include "usage_error.h"
 
 namespace handhold {
@@ -37,7 +36,7 @@ struct Arguments {
   std::string config, hand;
   std::string json, picture;
   std::string repeat;
-  bool explain = false, print_options = false, no_times = false;
+  bool explain = false, print_options = false, no_times = false, show_samples = false;
 };
 
 void add_flags(CLI::App& app, Arguments& a) {
@@ -62,6 +61,8 @@ void add_flags(CLI::App& app, Arguments& a) {
   const char* output = "Output";
   text("--json", a.json, "F", "Write the result as JSON; '-' is standard output", output);
   text("--picture", a.picture, "F.png", "Write a picture of the cloud and its handles", output);
+  flag("--show-samples", a.show_samples, "Draw every sample into --picture, coloured by the step at which it ended",
+       output);
   flag("--explain", a.explain, "Say which step ended how many samples, and what would change that", output);
   flag("--print-options", a.print_options, "Print the options in effect as TOML for --config, and exit", output);
   text("--repeat", a.repeat, "N", "Run N times after a warm-up: times are medians and 99th percentiles", output);
@@ -100,12 +101,7 @@ double number(const char* flag, const std::string& text) {
 }
 
 int parse_repeat(const std::string& text) {
-  if (text.empty()) return 0;
-  const double value = number("--repeat", text);
-  if (value < 1 || value > 1e6 || value != std::floor(value)) {
-    throw UsageError("--repeat = '" + text + "': must be a whole number from 1 to 1000000");
-  }
-  return static_cast<int>(value);
+  return text.empty() ? 0 : static_cast<int>(whole_number("--repeat", text, 1, 1'000'000));
 }
 
 /// Reads what the arguments name; wrong combinations are refused before.
@@ -175,6 +171,7 @@ bool same_file(const std::string& a, const std::string& b) {
 /// Refuses output paths that cannot work before anything is computed.
 void check_outputs(const Arguments& a, const std::string& input) {
   if (a.picture == "-") throw UsageError("--picture: standard output is for JSON; give a file name");
+  if (a.show_samples && a.picture.empty()) throw UsageError("--show-samples needs --picture, which shows them");
   const std::pair<const char*, const std::string*> outputs[] = {{"--json", &a.json}, {"--picture", &a.picture}};
   for (const auto& [flag, path] : outputs) {
     if (path->empty() || *path == "-") continue;
@@ -241,15 +238,6 @@ std::vector<StageTimes> run_repeatedly(Localizer& localizer, const CloudView& cl
   return times;
 }
 
-/// Lets TBB start as many threads as were asked for: more than there are cores it refuses, with a warning on standard
-/// error. Holds while the returned object lives.
-std::unique_ptr<tbb::global_control> allow_threads(int threads) {
-  constexpr auto kLimit = tbb::global_control::max_allowed_parallelism;
-  const auto wanted = static_cast<std::size_t>(threads);
-  if (wanted <= tbb::global_control::active_value(kLimit)) return nullptr;
-  return std::make_unique<tbb::global_control>(kLimit, wanted);
-}
-
 int run(const Arguments& a) {
   const Options options = effective_options(a);
   const int repeat = parse_repeat(a.repeat);
@@ -263,6 +251,7 @@ int run(const Arguments& a) {
 
   Result result;
   RunTimes run_times;
+  PictureOptions picture;
   Cloud cloud;
   {
     Progress progress;
@@ -271,6 +260,7 @@ int run(const Arguments& a) {
     const auto more_threads = allow_threads(options.threads);
     Localizer localizer(options);
     run_times = summarize(run_repeatedly(localizer, cloud.view(), repeat, result, progress));
+    if (a.show_samples) picture.samples = localizer.samples();
   }
   const RunTimes* times = a.no_times ? nullptr : &run_times;
   const std::string failure = why_failed(input.path(), cloud.view(), options, result);
@@ -281,13 +271,11 @@ int run(const Arguments& a) {
     if (a.json == "-") {
       write_and_flush(stdout, json, "standard output");
     } else {
-      AtomicFile file(a.json);
-      file.write(json);
-      file.commit();
+      write_file(a.json, json);
     }
   }
   if (!failure.empty()) throw std::runtime_error(failure);
-  if (!a.picture.empty()) write_picture(a.picture, cloud.view(), cloud.rgb, result);
+  if (!a.picture.empty()) write_picture(a.picture, cloud.view(), cloud.rgb, result, picture);
 
   std::string text;
   if (a.json.empty()) {

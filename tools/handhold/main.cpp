@@ -21,7 +21,8 @@ int run(int argc, char** argv) {
   app.require_subcommand(0, 1);
   bool version = false;
   app.add_flag("--version", version, "Print the version and exit");
-  const std::vector<Subcommand> subcommands = {add_localize(app), add_simulate(app), add_evaluate(app)};
+  std::vector<Subcommand> subcommands = {add_localize(app), add_simulate(app), add_evaluate(app)};
+  for (const Subcommand& subcommand : add_experiments(app)) subcommands.push_back(subcommand);
 
   std::vector<std::string> arguments = join_lists({argv + 1, argv + argc});
   std::vector<std::string> reversed(arguments.rbegin(), arguments.rend());
@@ -31,7 +32,7 @@ int run(int argc, char** argv) {
   } catch (const CLI::CallForHelp&) {
     std::string help = app.help();
     for (const Subcommand& subcommand : subcommands) {
-      if (subcommand.app->parsed()) help = subcommand.app->help(app.get_name());
+      if (subcommand.app->parsed()) help = subcommand.app->help(full_name(*subcommand.app->get_parent()));
     }
     write_and_flush(stdout, help, "standard output");
     return 0;

@@ -16,6 +16,7 @@
 namespace handhold {
 
 constexpr double kPi = 3.14159265358979323846;
+constexpr std::size_t kStepCount = static_cast<std::size_t>(Step::kAffordance) + 1;
 constexpr Color kInk{0.02f, 0.02f, 0.025f}, kText{0.9f, 0.91f, 0.92f}, kCyan{0.1f, 0.87f, 0.95f};
 
 // Told apart from each other, from gray, and from the affordances' cyan.
@@ -25,6 +26,31 @@ inline Color handle_color(std::size_t i) {
                                       {0.20f, 0.80f, 0.55f}, {0.90f, 0.55f, 0.95f}, {0.82f, 0.68f, 0.48f},
                                       {0.35f, 0.62f, 1.00f}};
   return kColors[i % (sizeof kColors / sizeof kColors[0])];
+}
+
+/// The further a sample came, the brighter: blue where the surface was not curved enough, red where the hand does not
+/// fit, cyan as the affordance that it gave.
+inline Color step_color(Step step) {
+  switch (step) {
+    case Step::kTooFewPoints:
+      return {0.55f, 0.55f, 0.58f};
+    case Step::kFlat:
+    case Step::kCurvatureLow:
+      return {0.35f, 0.45f, 0.85f};
+    case Step::kConcave:
+      return {0.62f, 0.42f, 0.90f};
+    case Step::kCircleWide:
+    case Step::kCircleNarrow:
+      return {0.98f, 0.75f, 0.25f};
+    case Step::kPoorFit:
+      return {0.95f, 0.55f, 0.20f};
+    case Step::kNoGap:
+    case Step::kShellEmpty:
+      return {1.00f, 0.33f, 0.30f};
+    case Step::kAffordance:
+      return kCyan;
+  }
+  return kText;
 }
 
 struct Size {
@@ -43,6 +69,17 @@ class Painter {
         view_(std::move(view)) {
     for (std::size_t i = 0; i < cloud.size(); ++i) finite_ += finite_point(cloud.point(i));
     if (finite_ > 0) draw_surface(cloud, rgb);
+  }
+
+  // Those that came furthest lie on top.
+  void draw_samples(const std::vector<Sample>& samples) {
+    for (std::size_t step = 0; step < kStepCount; ++step) {
+      for (const Sample& sample : samples) {
+        Segment dot{};
+        if (sample.step != static_cast<Step>(step) || !project(sample.position, sample.position, dot)) continue;
+        canvas_.stroke({dot}, 2.4 * unit_, step_color(sample.step), 0.85f);
+      }
+    }
   }
 
   void draw_affordance(const Affordance& affordance) {
@@ -124,14 +161,24 @@ class Painter {
   }
 
   // The height of the legend has to be known before the numbers are placed; it is drawn over all else.
-  void plan_legend(const Result& result) {
+  void plan_legend(const Result& result, const std::vector<Sample>& samples = {}) {
     const auto plural = [](std::size_t n, const char* one) {
       return std::to_string(n) + " " + one + (n == 1 ? "" : "s");
     };
     const std::string summary = plural(finite_, "point") + "  " + plural(result.affordances.size(), "affordance") +
                                 "  " + plural(result.handles.size(), "handle");
+    std::array<std::size_t, kStepCount> ended{};
+    for (const Sample& sample : samples) ++ended[static_cast<std::size_t>(sample.step)];
+    std::vector<Entry> steps;
+    for (std::size_t i = 0; i < kStepCount; ++i) {
+      if (ended[i] == 0) continue;
+      std::string text = std::to_string(ended[i]) + " " + std::string(to_string(static_cast<Step>(i)));
+      std::replace(text.begin(), text.end(), '_', ' ');
+      steps.push_back({text, step_color(static_cast<Step>(i))});
+    }
     const auto arrange = [&](std::size_t shown) {
       entries_ = {{summary, kText}};
+      entries_.insert(entries_.end(), steps.begin(), steps.end());
       for (std::size_t i = 0; i < shown; ++i) {
         const Handle& h = result.handles[i];
         char text[96];
@@ -308,7 +355,7 @@ class Painter {
   }
 
   Canvas canvas_;
-  DepthImage depth_;
+  DepthMap depth_;
   double unit_;  // lines and letters grow with the picture: 1 for 640 x 480
   std::optional<Projection> view_;
   std::size_t finite_ = 0;

@@ -39,10 +39,11 @@ void write_picture(const std::string& path, const CloudView& cloud, const std::v
                                 std::to_string(cloud.size()) + " points: one for each point, or none, is needed");
   }
   Painter picture(cloud, rgb, size);
-  if (options.labels) picture.plan_legend(result);
+  if (options.labels) picture.plan_legend(result, options.samples);
   if (picture.finite_points() == 0) {
     picture.draw_message(cloud.size() == 0 ? "no points" : "no finite points");
   }
+  picture.draw_samples(options.samples);
   if (options.affordances) {
     for (const Affordance& affordance : result.affordances) picture.draw_affordance(affordance);
   }

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "handhold/cloud.h"
+#include "statistics.h"
 
 namespace handhold {
 
@@ -96,11 +97,11 @@ inline bool solve8(double (&m)[8][9]) {
 /// The projection that takes the points of an organized cloud to their pixels: eight numbers by least squares. It needs
 /// no intrinsics and holds for a cloud in any frame, if the viewpoint is right. None when the pixels do not fit it.
 inline std::optional<Projection> fit_projection(const CloudView& cloud, const Vector3& eye) {
-  struct Sample {
+  struct Sight {
     Vector3 direction;
     double u, v;
   };
-  std::vector<Sample> samples;
+  std::vector<Sight> samples;
   Vector3 mean{0, 0, 0};
   const std::size_t step = std::max<std::size_t>(1, cloud.size() / 20011);
   for (std::size_t i = 0; i < cloud.size(); i += step) {
@@ -118,7 +119,7 @@ inline std::optional<Projection> fit_projection(const CloudView& cloud, const Ve
   const Vector3 p = unit(std::abs(m[0]) < 0.8 ? cross(m, {1, 0, 0}) : cross(m, {0, 1, 0})), q = cross(m, p);
   const double pixel = std::max(cloud.width, cloud.height);
   double system[8][9] = {};
-  for (const Sample& s : samples) {
+  for (const Sight& s : samples) {
     const double u = s.u / pixel, v = s.v / pixel;
     const double md = dot(m, s.direction), pd = dot(p, s.direction), qd = dot(q, s.direction);
     const double rows[2][9] = {
@@ -143,18 +144,12 @@ inline std::optional<Projection> fit_projection(const CloudView& cloud, const Ve
   if (!(std::abs(dot(fit.a, cross(fit.b, fit.c))) > 1e-6)) return std::nullopt;  // all points in a line
 
   std::size_t near = 0;
-  for (const Sample& s : samples) {
+  for (const Sight& s : samples) {
     double u, v, z;
     if (fit.project(add(eye, s.direction), u, v, z) && std::hypot(u - s.u, v - s.v) < 2) ++near;
   }
   if (near < samples.size() * 9 / 10) return std::nullopt;
   return fit;
-}
-
-inline double quantile(std::vector<double>& values, double share) {
-  const auto k = static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
-  std::nth_element(values.begin(), values.begin() + k, values.end());
-  return values[static_cast<std::size_t>(k)];
 }
 
 /// A camera at the viewpoint that looks at the median point and has nearly all points in its image; from outside when

@@ -35,14 +35,14 @@ std::string setting(const char* name, double value, const char* unit = "") {
   return std::string(name) + " = " + number(value) + (*unit ? " " : "") + unit;
 }
 
-struct Step {
+struct StepCount {
   std::int64_t count;
   std::string what;      ///< completes "N samples ..."
   std::string settings;  ///< the options that decided it, with their values
   std::string advice;    ///< what would change it
 };
 
-std::vector<Step> sample_steps(const Options& o, const Funnel& f) {
+std::vector<StepCount> sample_steps(const Options& o, const Funnel& f) {
   const bool paper = o.method == Method::kPaper;
   std::string radii;
   for (const double r : o.effective_radius()) radii += (radii.empty() ? "" : " ") + number(r);
@@ -60,19 +60,19 @@ std::vector<Step> sample_steps(const Options& o, const Funnel& f) {
       {f.circle_narrow, "lay on something narrower than the hand closes", setting("hand_minimum", o.hand_minimum, "m"),
        "lower --hand-minimum if the hand closes further"},
       {f.poor_fit, "lay on a surface that no cylinder fits", "", "other --radius values fit parts of other sizes"},
-      paper ? Step{f.no_gap, "had no free gap for the fingers around them",
-                   setting("finger_thickness", o.finger_thickness, "m"),
-                   "lower --finger-thickness or --finger-width, or raise --shell-gap-area-mm2 for a noisy sensor"}
-            : Step{f.no_gap, "had no place for two fingers that was seen to be empty",
-                   setting("finger_thickness", o.finger_thickness, "m") + ", " + setting("min_free", o.min_free),
-                   "lower --finger-thickness or --min-free"},
+      paper ? StepCount{f.no_gap, "had no free gap for the fingers around them",
+                        setting("finger_thickness", o.finger_thickness, "m"),
+                        "lower --finger-thickness or --finger-width, or raise --shell-gap-area-mm2 for a noisy sensor"}
+            : StepCount{f.no_gap, "had no place for two fingers that was seen to be empty",
+                        setting("finger_thickness", o.finger_thickness, "m") + ", " + setting("min_free", o.min_free),
+                        "lower --finger-thickness or --min-free"},
       {f.shell_empty, "had a gap, but too little surface within it",
        setting("shell_inner_area_mm2", o.shell_inner_area_mm2, "mm^2"),
        "lower --shell-inner-area-mm2 or raise --finger-width"},
   };
 }
 
-std::vector<Step> affordance_steps(const Options& o, const Funnel& f) {
+std::vector<StepCount> affordance_steps(const Options& o, const Funnel& f) {
   return {
       {f.not_aligned, "had too few aligned neighbours",
        setting("handle_min_affordances", o.handle_min_affordances) + ", " +
@@ -89,7 +89,7 @@ std::vector<Step> affordance_steps(const Options& o, const Funnel& f) {
   };
 }
 
-std::string counts(const Step& step, std::int64_t whole) {
+std::string counts(const StepCount& step, std::int64_t whole) {
   if (step.count == 0) return {};
   const double percent = whole > 0 ? 100.0 * static_cast<double>(step.count) / static_cast<double>(whole) : 0;
   const std::string settings = step.settings.empty() ? "" : " (" + step.settings + ")";
@@ -97,8 +97,9 @@ std::string counts(const Step& step, std::int64_t whole) {
 }
 
 /// Advice for the steps that cost most, at most `most` of them.
-std::string advice(std::vector<Step> steps, std::int64_t whole, std::size_t most) {
-  std::stable_sort(steps.begin(), steps.end(), [](const Step& a, const Step& b) { return a.count > b.count; });
+std::string advice(std::vector<StepCount> steps, std::int64_t whole, std::size_t most) {
+  std::stable_sort(steps.begin(), steps.end(),
+                   [](const StepCount& a, const StepCount& b) { return a.count > b.count; });
   std::string text;
   for (std::size_t i = 0; i < std::min(most, steps.size()); ++i) {
     // What cost less than a twentieth is not worth a word.
@@ -143,15 +144,15 @@ std::string explanation(const Options& options, const Result& result) {
     return options.workspace ? "no samples: no point of the cloud lies inside --workspace\n"
                              : "no samples were drawn\n";
   }
-  const std::vector<Step> samples = sample_steps(options, funnel);
+  const std::vector<StepCount> samples = sample_steps(options, funnel);
   std::string text = "of " + counted(funnel.samples, "sample") + ":\n";
-  for (const Step& step : samples) text += counts(step, funnel.samples);
+  for (const StepCount& step : samples) text += counts(step, funnel.samples);
   text += counts({funnel.affordances, "gave an affordance", {}, {}}, funnel.samples);
   std::string what_helps = advice(samples, funnel.samples, 3);
   if (funnel.affordances > 0) {
-    const std::vector<Step> affordances = affordance_steps(options, funnel);
+    const std::vector<StepCount> affordances = affordance_steps(options, funnel);
     text += "of " + counted(funnel.affordances, "affordance") + ":\n";
-    for (const Step& step : affordances) text += counts(step, funnel.affordances);
+    for (const StepCount& step : affordances) text += counts(step, funnel.affordances);
     text += counts(
         {funnel.in_handles, "ended in " + counted(static_cast<std::int64_t>(result.handles.size()), "handle"), {}, {}},
         funnel.affordances);

@@ -17,6 +17,7 @@
 #include "handhold/io.h"
 #include "handhold/random_scene.h"
 #include "progress.h"
+#include "scene_choice.h"
 #include "subcommand.h"
 #include "usage_error.h"
 
@@ -34,51 +35,9 @@ struct Arguments {
   bool bare = false, list_families = false;
 };
 
-std::uint64_t whole_number(const char* flag, const std::string& text, std::uint64_t low, std::uint64_t high) {
-  std::uint64_t value = 0;
-  bool fine = !text.empty() && text.size() <= 20 && text.find_first_not_of("0123456789") == std::string::npos;
-  if (fine) {
-    try {
-      value = std::stoull(text);
-    } catch (const std::out_of_range&) {
-      fine = false;
-    }
-  }
-  if (fine && value >= low && value <= high) return value;
-  throw UsageError(std::string(flag) + " = '" + text + "': must be a whole number from " + std::to_string(low) +
-                   " to " + std::to_string(high));
-}
-
-/// Families for random scenes: a half by name, or a list of families that are targets and, the plain ones, clutter.
+/// Families and clutter of random scenes.
 RandomSceneOptions random_options(const Arguments& a, bool negatives) {
-  const auto of_half = [&](FamilyHalf half) {
-    return negatives ? RandomSceneOptions::negatives(half) : RandomSceneOptions::of_half(half);
-  };
-  RandomSceneOptions options;
-  if (a.families.empty() || a.families == "all") {
-    options = of_half(FamilyHalf::kBoth);
-  } else if (a.families == "tuning") {
-    options = of_half(FamilyHalf::kTuning);
-  } else if (a.families == "report") {
-    options = of_half(FamilyHalf::kReport);
-  } else {
-    for (std::size_t from = 0; from <= a.families.size();) {
-      const std::size_t comma = std::min(a.families.find(',', from), a.families.size());
-      const std::string name = a.families.substr(from, comma - from);
-      from = comma + 1;
-      try {
-        const bool graspable = sensor::family(name).group == FamilyGroup::kGraspable;
-        if (graspable && negatives) {
-          throw UsageError("--families: '" + name + "' has graspable parts; --set negatives takes families without");
-        }
-        if (graspable || negatives) options.targets.push_back(name);
-        options.clutter.push_back(name);
-        options.validate();
-      } catch (const std::invalid_argument& error) {
-        throw UsageError(std::string("--families: ") + error.what() + "; or all, tuning, report");
-      }
-    }
-  }
+  RandomSceneOptions options = families_named(a.families, negatives);
   if (!a.clutter.empty()) options.clutter_level = static_cast<int>(whole_number("--clutter", a.clutter, 0, 16));
   return options;
 }
@@ -132,12 +91,6 @@ std::vector<SceneFile> wanted_scenes(const Arguments& a, Progress& progress) {
   return scenes;
 }
 
-void write_text(const std::string& path, const std::string& text) {
-  AtomicFile file(path);
-  file.write(text);
-  file.commit();
-}
-
 std::string family_table() {
   std::string text;
   for (const sensor::Family& family : sensor::families()) {
@@ -187,7 +140,7 @@ int run(const Arguments& a) {
       const sensor::Frame frame = sensor::DepthCamera(file.camera).capture(scene, file.T_world_camera);
       truth[i] = {file.name, sensor::captured_truth(file, scene, frame)};
       write_pcd(a.folder + "/" + file.name + ".pcd", frame.cloud.view());
-      write_text(a.folder + "/" + file.name + ".toml", sensor::to_toml(file));
+      write_file(a.folder + "/" + file.name + ".toml", sensor::to_toml(file));
       const auto measured = static_cast<std::size_t>(
           std::count_if(frame.object.begin(), frame.object.end(), [](std::int32_t object) { return object >= 0; }));
       const std::lock_guard<std::mutex> lock(mutex);
@@ -195,7 +148,7 @@ int run(const Arguments& a) {
       progress.show("scene " + std::to_string(++done) + " of " + std::to_string(scenes.size()));
     });
   }
-  write_text(a.folder + "/truth.json", sensor::truth_json(truth));
+  write_file(a.folder + "/truth.json", sensor::truth_json(truth));
 
   std::size_t wanted = 0;
   for (const auto& [name, parts] : truth) {

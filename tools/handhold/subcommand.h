@@ -4,6 +4,7 @@
 #include <CLI/CLI.hpp>
 #include <functional>
 #include <memory>
+#include <vector>
 
 namespace handhold {
 
@@ -18,5 +19,7 @@ Subcommand add_localize(CLI::App& parent);
 Subcommand add_simulate(CLI::App& parent);
 /// `handhold evaluate`: results against the truth.
 Subcommand add_evaluate(CLI::App& parent);
+/// `handhold experiment` and its own subcommands, which come after it.
+std::vector<Subcommand> add_experiments(CLI::App& parent);
 
 }  // namespace handhold

@@ -12,12 +12,12 @@ namespace handhold {
 constexpr Color kBackground{0.085f, 0.095f, 0.11f};
 
 /// What a pixel sees: the depth (m; 0: nothing) and which point.
-struct DepthImage {
+struct DepthMap {
   int width = 0, height = 0;
   std::vector<float> depth;
   std::vector<std::uint32_t> point;
 
-  DepthImage(int w, int h)
+  DepthMap(int w, int h)
       : width(w), height(h), depth(static_cast<std::size_t>(w) * static_cast<std::size_t>(h)), point(depth.size()) {}
   std::size_t index(int x, int y) const {
     return static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x);
@@ -26,8 +26,8 @@ struct DepthImage {
 };
 
 /// An organized cloud, pixel by pixel. factor: pixels of the picture for one of the cloud.
-inline DepthImage depth_of_grid(const CloudView& cloud, const Projection& view, double factor, int width, int height) {
-  DepthImage image(width, height);
+inline DepthMap depth_of_grid(const CloudView& cloud, const Projection& view, double factor, int width, int height) {
+  DepthMap image(width, height);
   for (int y = 0; y < height; ++y) {
     for (int x = 0; x < width; ++x) {
       const auto u = static_cast<std::size_t>(x / factor), v = static_cast<std::size_t>(y / factor);
@@ -44,8 +44,8 @@ inline DepthImage depth_of_grid(const CloudView& cloud, const Projection& view, 
 }
 
 /// Any cloud: each point as a disc about as wide as the distance between neighbours, the nearest one wins.
-inline DepthImage depth_of_points(const CloudView& cloud, const Projection& view, int width, int height) {
-  DepthImage image(width, height);
+inline DepthMap depth_of_points(const CloudView& cloud, const Projection& view, int width, int height) {
+  DepthMap image(width, height);
   double u, v, z;
   const auto visible = [&](std::size_t i) {
     return finite_point(cloud.point(i)) && view.project(to_vector(cloud.point(i)), u, v, z) && u > -0.5 && v > -0.5 &&
@@ -85,9 +85,9 @@ inline DepthImage depth_of_points(const CloudView& cloud, const Projection& view
 
 /// Fills pixels that see nothing between neighbours that do; of those the farthest counts, so that edges in front do
 /// not grow.
-inline void close_holes(DepthImage& image, int rounds) {
+inline void close_holes(DepthMap& image, int rounds) {
   for (int round = 0; round < rounds; ++round) {
-    const DepthImage before = image;
+    const DepthMap before = image;
     for (int y = 0; y < image.height; ++y) {
       for (int x = 0; x < image.width; ++x) {
         if (before.depth[before.index(x, y)] > 0) continue;
@@ -112,7 +112,7 @@ inline void close_holes(DepthImage& image, int rounds) {
 
 /// Averages depths that belong together. A sensor's noise is coarser than the surface, and normals are slopes: without
 /// this the picture shows the noise. Depths farther apart than `jump` (share of the depth) do not mix.
-inline std::vector<float> smooth_depth(const DepthImage& image, int reach, float jump) {
+inline std::vector<float> smooth_depth(const DepthMap& image, int reach, float jump) {
   std::vector<float> now = image.depth, next(now.size());
   for (int pass = 0; pass < 4; ++pass) {  // rows, columns, and both again: close to a round window at its cost
     const int step_x = pass % 2 == 0, step_y = 1 - step_x;
@@ -144,7 +144,7 @@ inline std::vector<float> smooth_depth(const DepthImage& image, int reach, float
 
 class Shader {
  public:
-  Shader(const Projection& view, const DepthImage& image, double scale)
+  Shader(const Projection& view, const DepthMap& image, double scale)
       : view_(view),
         image_(image),
         reach_(std::max(1, static_cast<int>(std::lround(2 * scale)))),
@@ -215,7 +215,7 @@ class Shader {
   }
 
   const Projection& view_;
-  const DepthImage& image_;
+  const DepthMap& image_;
   int reach_;
   std::vector<float> smooth_;
   float near_ = 0, far_ = 0;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <vector>
 
 #include "handhold/cloud.h"
 #include "handhold/options.h"
@@ -27,6 +28,10 @@ class Localizer {
   Result localize(const CloudView& cloud);
   /// The same into a result that is reused.
   void localize(const CloudView& cloud, Result& result);
+
+  /// The samples of the last frame and where each ended, in the order in which they were drawn; Affordance::sample is
+  /// an index into them. Empty before the first frame and for one that was not searched. Made on demand.
+  std::vector<Sample> samples() const;
 
   const Options& options() const;
   /// Instruction set of the kernels in use: "scalar", "avx2", "avx512" or "neon".

@@ -52,6 +52,28 @@ struct Handle {
   double normal_error = 0;   ///< rad; mean angle between the points' normals and the cylinder's
 };
 
+/// Where a sample ended, in the order of the steps; of several radii, at the furthest. See Funnel for what each means.
+enum class Step : std::uint8_t {
+  kTooFewPoints,
+  kFlat,
+  kCurvatureLow,
+  kConcave,
+  kCircleWide,
+  kCircleNarrow,
+  kPoorFit,
+  kNoGap,
+  kShellEmpty,
+  kAffordance,
+};
+/// Name of the Funnel's count: "too_few_points", "flat", ...; "affordance"
+std::string_view to_string(Step);
+
+/// A neighbourhood that was looked at.
+struct Sample {
+  Vector3 position = {0, 0, 0};  ///< m; its centre
+  Step step = Step::kTooFewPoints;
+};
+
 /// How many samples ended at each step, in the order of the steps. The counts add up to `samples`.
 struct Funnel {
   std::int64_t samples = 0;         ///< neighbourhoods looked at

@@ -1,0 +1,17 @@
+// The experiments of the paper, each a subcommand of `handhold experiment`.
+#pragma once
+
+#include "subcommand.h"
+
+namespace handhold::experiments {
+
+/// Run time by stage (Fig. 8).
+Subcommand add_fig8(CLI::App& parent);
+/// Handles found by sampling strategy (Fig. 9).
+Subcommand add_fig9(CLI::App& parent);
+/// The quadric's axis against the alternatives of section 3.1.
+Subcommand add_axis(CLI::App& parent);
+/// What fewer points per area cost.
+Subcommand add_density(CLI::App& parent);
+
+}  // namespace handhold::experiments
