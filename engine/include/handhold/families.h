@@ -9,7 +9,7 @@
 // Which parts an object has follows from its geometry alone. A part is a stretch of at least 20 mm along a centre line
 // whose section
 //   - is round or roundish: a circle, an ellipse, or a rectangle whose corners are rounded by at least 0.6 of its smaller
-//     half side (a strap);
+//     half side (a strap), at most six times as wide as it is thick;
 //   - is convex, and bounds the solid all around but for what is attached at less than half of it (a mug's handle on its
 //     body); hollow things count by their outside;
 //   - is at most 41 mm in radius: half of its larger side;
