@@ -146,6 +146,11 @@ TEST(Matching, AHandleCountsForTheNearestOfSeveralParts) {
   const std::vector<LabelledPart> parts = {rod("a"), rod("b", {0.11, 0, 1})};
   EXPECT_EQ(score_scene("s", parts, {handle({0.052, 0, 1})}).handles[0].part, 0);
   EXPECT_EQ(score_scene("s", parts, {handle({0.058, 0, 1})}).handles[0].part, 1);
+  // The middle of the short one is nearer, but the handle lies on the long one.
+  LabelledPart shoulder = rod("shoulder", {0.065, 0, 1});
+  shoulder.centre_line = {{0.05, 0, 1}, {0.08, 0, 1}};
+  shoulder.length = 0.03;
+  EXPECT_EQ(score_scene("s", {shoulder, parts[0]}, {handle({0.04, 0, 1})}).handles[0].part, 1);
 }
 
 // ---- Figures --------------------------------------------------------------------------------------------------------

@@ -252,8 +252,8 @@ void Shape::incidental_turned(const std::string& what, const std::vector<Point2>
       run = places[i][0] >= low && places[i][0] <= high ? run + 1 : 0;
       if (run > count) count = run, first = i + 1 - run;
     }
-    places = {places.begin() + static_cast<std::ptrdiff_t>(first),
-              places.begin() + static_cast<std::ptrdiff_t>(first + count)};
+    places = std::vector<Point2>(places.begin() + static_cast<std::ptrdiff_t>(first),
+                                 places.begin() + static_cast<std::ptrdiff_t>(first + count));
   };
   longest(0, kWidestPart + kRounding);
   // What is left out at the ends changes the mean: until nothing more is.

@@ -88,7 +88,8 @@ struct SceneScore {
 /// Whether a result has to have a handle there: sure enough, no wider than the hand opens, graspable and measured.
 bool needed(const LabelledPart& part, const MatchOptions& options);
 
-/// Decides every handle, in their order: each counts for the part with the nearest center among those it matches.
+/// Decides every handle, in their order: each counts for the part with the nearest centre line among those it
+/// matches (of equally near ones, with the nearest middle).
 SceneScore score_scene(const std::string& name, const std::vector<LabelledPart>& parts,
                        const std::vector<Handle>& handles, const MatchOptions& options = {});
 
