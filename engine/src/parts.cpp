@@ -20,9 +20,10 @@ constexpr double kMemberGap = 0.012;  ///< m
 constexpr int kMostUses = 2;          ///< a member of so many groups starts no other one
 constexpr double kReach = 0.25;       ///< m; members lie within this of the seed along its axis
 // Pieces of one part.
-constexpr double kCosContinue = 0.9659258262890683;             ///< 15 degrees
-constexpr double kSameRadiusShare = 0.1, kSameRadius = 0.0015;  ///< m
-constexpr double kContinueGap = 0.06;                           ///< m
+constexpr double kCosContinue = 0.9396926207859084;                  ///< 20 degrees
+constexpr double kOffsetContinue = 0.6;                              ///< of the smaller radius
+constexpr double kSameRadiusShare = 0.13, kSameRadius = 0.0008;  ///< m; a larger step is where a part ends
+constexpr double kContinueGap = 0.12;                                ///< m; clutter in front of a part hides so much
 /// Share of the shorter one's length up to which two parts on one line may overlap.
 constexpr double kMostShared = 0.3;
 constexpr double kCosAlike = 0.766;  ///< 40 degrees
@@ -32,11 +33,11 @@ enum Fate : std::uint8_t { kNotAligned, kUnconfirmed, kLowConfidence, kInHandle 
 /// Whether h goes on where g ends, or lies within it: pieces of one part that clutter or noise cut.
 bool continues(const Handle& g, const Handle& h) {
   if (std::fabs(dot(g.axis, h.axis)) < kCosContinue) return false;
-  if (std::fabs(g.radius - h.radius) > kSameRadiusShare * std::max(g.radius, h.radius) + kSameRadius) return false;
   const Vector3 d = h.center - g.center;
-  const double along = dot(d, g.axis), offset = 0.5 * std::min(g.radius, h.radius) + kOffset;
-  if (norm(d - along * g.axis) > offset || norm(d - dot(d, h.axis) * h.axis) > offset) return false;
-  return std::fabs(along) - 0.5 * (g.length + h.length) <= kContinueGap;
+  const double along = dot(d, g.axis), offset = kOffsetContinue * std::min(g.radius, h.radius) + kOffset;
+  if (norm(d - along * g.axis) > offset && norm(d - dot(d, h.axis) * h.axis) > offset) return false;
+  if (std::fabs(along) - 0.5 * (g.length + h.length) > kContinueGap) return false;
+  return std::fabs(g.radius - h.radius) <= kSameRadiusShare * std::max(g.radius, h.radius) + kSameRadius;
 }
 
 /// Makes g as long as both.
@@ -66,6 +67,15 @@ bool overlaps(const Handle& g, const Handle& h) {
          (std::fabs(along_h) < 0.5 * h.length && across_h < large);
 }
 
+/// Whether h is g's, which grows when h goes on where it ends.
+bool takes(Handle& g, const Handle& h) {
+  if (continues(g, h)) {
+    extend(g, h);
+    return true;
+  }
+  return overlaps(g, h);
+}
+
 }  // namespace
 
 /// Of parts on the same place the likeliest one stays; pieces of one part become one.
@@ -76,19 +86,20 @@ void PartSearch::resolve() {
   });
   kept_.clear();
   for (PartCandidate& candidate : all_) {
-    const Handle& h = candidate.handle;
     bool explained = false;
-    for (PartCandidate& other : kept_) {
-      Handle& g = other.handle;
-      if (continues(g, h)) {
-        extend(g, h);
-        explained = true;
-      } else {
-        explained = overlaps(g, h);
-      }
-      if (explained) break;
-    }
+    for (std::size_t i = 0; i < kept_.size() && !explained; ++i) explained = takes(kept_[i].handle, candidate.handle);
     if (!explained) kept_.push_back(std::move(candidate));
+  }
+  // What has grown meanwhile may reach others.
+  for (std::size_t i = 0; i < kept_.size(); ++i) {
+    for (std::size_t k = i + 1; k < kept_.size();) {
+      if (!takes(kept_[i].handle, kept_[k].handle)) {
+        ++k;
+        continue;
+      }
+      kept_.erase(kept_.begin() + static_cast<std::ptrdiff_t>(k));
+      k = i + 1;
+    }
   }
 }
 
