@@ -26,7 +26,7 @@ struct Evidence {
   double quality = 0;        ///< mean of the members
 };
 
-constexpr std::size_t kFeatures = 20;
+constexpr std::size_t kFeatures = 26;
 /// The model's inputs, of about unit size.
 std::array<double, kFeatures> features(const Evidence& evidence);
 /// 0..1

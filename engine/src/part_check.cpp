@@ -388,8 +388,7 @@ bool PartCheck::measure(Cylinder c, double low, double high, bool cut, const Par
   for (const std::uint32_t i : selected_) usual_.push_back(static_cast<double>(points_.side[i]));
   std::sort(usual_.begin(), usual_.end());
   const double left = usual_[count * 2 / 100], right = usual_[count - 1 - count * 2 / 100];
-  const double half_width =
-      0.5 * (right - left) + 0.5 * norm(image_->viewpoint() - c.point) / image_->focal();
+  const double half_width = 0.5 * (right - left) + 0.5 * norm(image_->viewpoint() - c.point) / image_->focal();
   const bool strap = half_width < kStrap * c.radius;
   handle.center = c.point + middle * c.axis;
   if (strap) handle.center = handle.center + 0.5 * (left + right) * f.side + (c.radius - half_width) * f.ahead;

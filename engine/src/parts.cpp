@@ -20,10 +20,10 @@ constexpr double kMemberGap = 0.012;  ///< m
 constexpr int kMostUses = 2;          ///< a member of so many groups starts no other one
 constexpr double kReach = 0.25;       ///< m; members lie within this of the seed along its axis
 // Pieces of one part.
-constexpr double kCosContinue = 0.9396926207859084;                  ///< 20 degrees
-constexpr double kOffsetContinue = 0.6;                              ///< of the smaller radius
+constexpr double kCosContinue = 0.9396926207859084;              ///< 20 degrees
+constexpr double kOffsetContinue = 0.6;                          ///< of the smaller radius
 constexpr double kSameRadiusShare = 0.13, kSameRadius = 0.0008;  ///< m; a larger step is where a part ends
-constexpr double kContinueGap = 0.12;                                ///< m; clutter in front of a part hides so much
+constexpr double kContinueGap = 0.12;                            ///< m; clutter in front of a part hides so much
 /// Share of the shorter one's length up to which two parts on one line may overlap.
 constexpr double kMostShared = 0.3;
 constexpr double kCosAlike = 0.766;  ///< 40 degrees
