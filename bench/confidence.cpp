@@ -39,17 +39,20 @@ std::vector<Example> examples_of(const std::string& folder, const Options& optio
     const auto& [name, parts] = *scenes[s];
     const Cloud cloud = read_cloud(folder + "/" + name + ".pcd");
     Localizer localizer(options);
-    const Result result = localizer.localize(cloud.view());
-    const evaluation::SceneScore score = evaluation::score_scene(name, parts, result.handles);
+    localizer.localize(cloud.view());
+    // Each straight piece for itself, before they become curved handles.
     const std::vector<PartCandidate>& candidates = LocalizerInside::candidates(localizer);
-    for (std::size_t i = 0; i < result.handles.size(); ++i) {
+    std::vector<Handle> handles;
+    for (const PartCandidate& candidate : candidates) handles.push_back(candidate.handle);
+    const evaluation::SceneScore score = evaluation::score_scene(name, parts, handles);
+    for (std::size_t i = 0; i < handles.size(); ++i) {
       const evaluation::HandleCase& handle = score.handles[i];
       if (handle.verdict == evaluation::Verdict::kDuplicate) continue;
       Example e;
       e.x = features(candidates[i].evidence);
       e.evidence = candidates[i].evidence;
       e.right = handle.verdict == evaluation::Verdict::kRight ? 1 : 0;
-      e.before = result.handles[i].confidence;
+      e.before = handles[i].confidence;
       e.scene = name;
       if (handle.part >= 0) e.family = parts[static_cast<std::size_t>(handle.part)].family;
       found[s].push_back(e);

@@ -9,6 +9,8 @@
 #include <limits>
 #include <numeric>
 
+#include "chain.h"
+
 namespace handhold {
 namespace {
 
@@ -192,6 +194,7 @@ void PartSearch::run(const std::vector<Affordance>& affordances, const TileStore
   for (const PartCandidate& candidate : kept_) {
     if (candidate.handle.confidence >= options_->min_confidence) handles.push_back(candidate.handle);
   }
+  join_curved(handles);
   for (const std::uint8_t f : fate) {
     ++(f == kNotAligned      ? funnel.not_aligned
        : f == kUnconfirmed   ? funnel.unconfirmed
