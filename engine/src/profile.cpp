@@ -7,8 +7,9 @@
 namespace handhold {
 namespace {
 
-/// What another piece must gain, in units of the variance (about three times its three unknowns).
-constexpr double kPenalty = 10;
+/// What another piece must gain, in units of the variance: five times the log of some thirty slices, for its three
+/// unknowns and for the choice among all places where it may begin.
+constexpr double kPenalty = 16;
 /// Radius over length: up to here a piece is a cone, beyond it the shoulder between two.
 constexpr double kSteep = 0.35;
 
