@@ -38,6 +38,7 @@ class Localizer {
   static const char* isa();
 
  private:
+  friend struct LocalizerInside;  // what tests and benchmarks see of a search
   struct Impl;
   std::unique_ptr<Impl> impl_;
 };
