@@ -16,7 +16,7 @@ struct PictureOptions {
   int width = 0, height = 0;
   bool affordances = true;           ///< the axis of each, cyan
   bool labels = true;                ///< numbers of the handles (index + 1), and the legend at the bottom
-  std::vector<Sample> samples = {};  ///< a dot each, coloured by the step at which it ended, as in Fig. 5 of the paper
+  std::vector<Sample> samples = {};  ///< a dot each, coloured by the step at which it ended
 };
 
 /// Draws the cloud as its sensor saw it, and the affordances and handles of `result` over it. An organized cloud keeps
