@@ -155,6 +155,17 @@ using D8 = Vec<double, 8>;
 using D16 = Vec<double, 16>;
 using M16 = Mask<float, 16>;
 
+alignas(64) constexpr float kLaneNumbers[16] = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};
+
+#if defined(HANDHOLD_ISA_AVX512)
+inline constexpr int kSumLanes = 16;  ///< lanes of one accumulator: what a register holds
+#elif defined(HANDHOLD_ISA_AVX2)
+inline constexpr int kSumLanes = 8;
+#else
+inline constexpr int kSumLanes = 4;
+#endif
+using Sum = Vec<float, kSumLanes>;
+
 #if !defined(HANDHOLD_ISA_AVX512)
 /// a + b where m is set, elsewhere a (which must not be -0).
 template <class T, int W>
@@ -173,14 +184,16 @@ LANE_FN int count(M16 m) {
   return __builtin_popcount(bits(m));
 }
 
-#if !defined(HANDHOLD_ISA_AVX512)
+#if !defined(HANDHOLD_ISA_AVX512) && !defined(HANDHOLD_ISA_AVX2)
 /// The sums of sixteen rows, each over its sixteen lanes in the tree of reduce_add. rows: 64-byte aligned.
 LANE_FN F16 reduce_rows(const float (*rows)[16]) {
   alignas(64) float sums[16];
   for (int i = 0; i < 16; ++i) sums[i] = reduce_add(F16::load(rows[i]));
   return F16::load(sums);
 }
+#endif
 
+#if !defined(HANDHOLD_ISA_AVX512)
 /// Appends base + t for every set bit t of a 16-bit mask; may write 16 entries. Returns the number of bits.
 LANE_FN int append_bits(std::uint32_t* list, std::uint32_t mask, std::uint32_t base) {
   int n = 0;
