@@ -65,6 +65,11 @@ struct Vec<float, 8> {
     const __m128 d = _mm_max_ps(c, _mm_movehl_ps(c, c));
     return _mm_cvtss_f32(_mm_max_ss(d, _mm_shuffle_ps(d, d, 1)));
   }
+  friend LANE_FN Vec gather(const float* p, Vec column, Vec row, std::int32_t width) {
+    const __m256i index = _mm256_add_epi32(_mm256_mullo_epi32(_mm256_cvttps_epi32(row.v), _mm256_set1_epi32(width)),
+                                           _mm256_cvttps_epi32(column.v));
+    return _mm256_i32gather_ps(p, index, 4);
+  }
   friend LANE_FN int compress_store(float* p, M m, Vec a) {
     // The index of the n-th set bit, as eight bytes, comes from two bit instructions instead of a table.
     const std::uint32_t b = bits(m);
