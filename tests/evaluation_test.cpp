@@ -12,6 +12,7 @@
 #include "causes.h"
 #include "files.h"
 #include "matching.h"
+#include "objects.h"
 #include "soundness.h"
 #include "summary.h"
 #include "tables.h"
@@ -145,6 +146,11 @@ TEST(Matching, AHandleCountsForTheNearestOfSeveralParts) {
   const std::vector<LabelledPart> parts = {rod("a"), rod("b", {0.11, 0, 1})};
   EXPECT_EQ(score_scene("s", parts, {handle({0.052, 0, 1})}).handles[0].part, 0);
   EXPECT_EQ(score_scene("s", parts, {handle({0.058, 0, 1})}).handles[0].part, 1);
+  // The middle of the short one is nearer, but the handle lies on the long one.
+  LabelledPart shoulder = rod("shoulder", {0.065, 0, 1});
+  shoulder.centre_line = {{0.05, 0, 1}, {0.08, 0, 1}};
+  shoulder.length = 0.03;
+  EXPECT_EQ(score_scene("s", {shoulder, parts[0]}, {handle({0.04, 0, 1})}).handles[0].part, 1);
 }
 
 // ---- Figures --------------------------------------------------------------------------------------------------------
@@ -282,6 +288,84 @@ TEST(Soundness, HandlesAreCheckedInTheWorldsFrame) {
   EXPECT_EQ(s.sound_affordances.of, 2u);
 }
 
+// ---- Objects --------------------------------------------------------------------------------------------------------
+
+class Objects : public ::testing::Test {
+ protected:
+  Objects() {
+    // Seen from above and the front: a rod along x and a box on a board, a ball in the air.
+    geometry_.add({"table", sensor::box(1, 1, 0.02), {}, {}}, sensor::translation(0, 0, -0.01));
+    geometry_.add({"rod_1", sensor::cylinder(0.01, 0.2), {}, {}},
+                  sensor::translation(-0.1, 0, 0.01) * sensor::rotation({0, 1, 0}, kPi / 2));
+    geometry_.add({"box_2", sensor::box(0.2, 0.2, 0.1), {}, {}}, sensor::translation(0, 0.2, 0.05));
+    geometry_.add({"ball_3", sensor::revolve({{0, -0.05}, {0.05, 0}, {0, 0.05}}), {}, {}},
+                  sensor::translation(0.3, 0, 0.3));
+  }
+  /// Name of the object that a handle lies on; all in the world's frame.
+  std::string object_of(const Vector3& at, const Vector3& axis, double radius) {
+    const sensor::Pose T = sensor::look_at({0, -0.8, 0.6}, {0, 0, 0}), T_camera_world = T.inverse();
+    Handle h = handle(T_camera_world.point(at), 0, radius);
+    h.axis = T_camera_world.direction(axis);
+    scene_.result.handles = {h, h};
+    scene_.result.handles[1].confidence = 0.1;
+    scene_.score = score_scene("s", {}, scene_.result.handles, {0.08, 0.5, 0.5});
+    find_objects(scene_, geometry_, {"board", "rod", "carton", "ball"}, T);
+    EXPECT_EQ(scene_.score.handles[1].object, -1) << "left out";
+    return scene_.score.objects.at(static_cast<std::size_t>(scene_.score.handles[0].object)).name;
+  }
+
+  sensor::Scene geometry_;
+  Scene scene_;
+};
+
+TEST_F(Objects, AHandleLiesOnWhatItsSideTowardsTheCameraIsNearTo) {
+  EXPECT_EQ(object_of({0, 0, 0.01}, {1, 0, 0}, 0.01), "rod_1") << "the board is as near to its axis";
+  EXPECT_EQ(object_of({0.3, 0.3, 0.005}, {1, 0, 0}, 0.01), "table");
+  EXPECT_EQ(object_of({0, 0.112, 0.088}, {1, 0, 0}, 0.012), "box_2") << "along its edge";
+  EXPECT_EQ(object_of({0.3, 0, 0.3}, {0, 0, 1}, 0.03), "ball_3");
+  EXPECT_EQ(object_of({0.4, -0.1, 0.4}, {0, 0, 1}, 0.02), "ball_3") << "the nearest one, however far";
+  // The sight along the axis: any side will do.
+  const Vector3 eye = {0, -0.8, 0.6};
+  EXPECT_EQ(object_of({0.3 * eye[0], 0.3 * eye[1], 0.3 * eye[2]}, eye, 0.01), "table");
+  ASSERT_EQ(scene_.score.objects.size(), 4u);
+  EXPECT_EQ(scene_.score.objects[2].family, "carton");
+  EXPECT_THROW(find_objects(scene_, geometry_, {"board"}, {}), std::invalid_argument);
+}
+
+TEST_F(Figures, FalseHandlesByFamily) {
+  add_scene({rod("a")}, {handle({0, 0, 1}), handle({0, 0.3, 1}), handle({0, 0.4, 1}), handle({0, 0.5, 1})});
+  add_scene({}, {handle({0, 0, 1})});
+  add_scene({}, {});
+  EXPECT_TRUE(summary().false_by_family.empty()) << "objects were not looked at";
+  scores_[0].objects = {{"table", "board"}, {"book_1", "book"}, {"book_2", "book"}, {"mug_3", "mug"}};
+  scores_[1].objects = {{"table", "board"}, {"book_1", "book"}};
+  scores_[2].objects = {{"bowl_1", "bowl"}};
+  const auto place = [](HandleCase& h, int object, bool sound) { h.object = object, h.sound = sound; };
+  place(scores_[0].handles[0], 3, true);  // right
+  place(scores_[0].handles[1], 1, true);
+  place(scores_[0].handles[2], 1, false);
+  place(scores_[0].handles[3], 0, false);
+  place(scores_[1].handles[0], 1, true);
+  const Summary s = summary();
+  ASSERT_EQ(s.false_by_family.size(), 4u);
+  EXPECT_EQ(s.false_by_family[0].family, "book");
+  EXPECT_EQ(s.false_by_family[0].sound.of, 3u);
+  EXPECT_EQ(s.false_by_family[0].sound.count, 2u);
+  EXPECT_EQ(s.false_by_family[0].quiet.of, 3u);
+  EXPECT_EQ(s.false_by_family[0].quiet.count, 1u);
+  EXPECT_EQ(s.false_by_family[1].family, "board");
+  EXPECT_EQ(s.false_by_family[1].quiet.count, 1u);
+  EXPECT_EQ(s.false_by_family[2].family, "bowl");
+  EXPECT_EQ(s.false_by_family[3].family, "mug");
+  EXPECT_EQ(s.false_by_family[3].sound.of, 0u);
+  EXPECT_EQ(s.sound_false_handles.count, 2u);
+  const std::string text = summary_text(s);
+  for (const char* part : {"2 of 4 false handles are sound, 2 unsound\n", "\nfalse handles on  count  sound",
+                           "\nbook                  3      2                1/3\n", "\nnone on bowl (1), mug (1)\n"}) {
+    EXPECT_NE(text.find(part), std::string::npos) << part << " in\n" << text;
+  }
+}
+
 // ---- Causes and tables ----------------------------------------------------------------------------------------------
 
 TEST(Causes, SayWhatKeptAPartFromBeingFound) {
@@ -317,6 +401,10 @@ TEST(Causes, SayWhatIsWrongWithAHandle) {
   score.handles[3].sound = false;
   score.handles[3].unsound = "no room for the fingers (wall)";
   EXPECT_EQ(why_false(3, parts, result, score), "no part near; unsound: no room for the fingers (wall)");
+  score.objects = {{"book_2", "book"}};
+  score.handles[3].object = 0;
+  EXPECT_EQ(why_false(3, parts, result, score),
+            "on 'book_2' (book); no part near; unsound: no room for the fingers (wall)");
   EXPECT_NE(why_false(0, {}, result, score_scene("s", {}, result.handles)).find("no listed part"), std::string::npos);
 }
 
@@ -326,6 +414,9 @@ TEST(Tables, EveryLineOfTheCsvHasAllColumns) {
   scene.parts = {rod("a"), rod("a \"quoted\" one", {1, 1, 1})};
   scene.result.handles = {handle({0, 0, 1}), handle({0, 0.5, 1}), handle({0.01, 0, 1})};
   scene.score = score_scene(scene.name, scene.parts, scene.result.handles);
+  scene.score.objects = {{"book, thick", "book"}};
+  scene.score.handles[1].object = 0;
+  scene.score.handles[1].sound = true;
   std::istringstream lines(csv({scene}));
   std::size_t columns = 0, count = 0;
   for (std::string line; std::getline(lines, line); ++count) {
@@ -342,6 +433,7 @@ TEST(Tables, EveryLineOfTheCsvHasAllColumns) {
   const std::string text = csv({scene});
   EXPECT_NE(text.find("scene,\"with, comma\",,"), std::string::npos) << text;
   EXPECT_NE(text.find("\"a \"\"quoted\"\" one\",missed"), std::string::npos) << text;
+  EXPECT_NE(text.find(",1,\"book, thick\",book,"), std::string::npos) << text;
   const std::string cases = cases_text({scene});
   EXPECT_NE(cases.find("missed 'a \"quoted\" one'"), std::string::npos) << cases;
   EXPECT_NE(cases.find("duplicate handle 3"), std::string::npos) << cases;

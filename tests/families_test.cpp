@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "convex_hull.h"
+#include "cross_section.h"
 #include "handhold/families.h"
 #include "handhold/grasp_check.h"
 #include "sensor_test_helpers.h"
@@ -117,28 +118,59 @@ TEST(Families, PartsLieWithinTheMesh) {
   }
 }
 
-TEST(Families, PartsAreWhereTheirRadiusSays) {
+/// Point and direction of a part's centre line every `step` metres, the ends left out.
+std::vector<std::pair<Vector3d, Vector3d>> places_along(const Part& part, double step) {
+  std::vector<std::pair<Vector3d, Vector3d>> places;
+  const int n = std::max(4, static_cast<int>(part.length / step));
+  for (int i = 0; i < n; ++i) {
+    double s = part.length * (i + 0.5) / n;
+    std::size_t k = 0;
+    for (; k + 2 < part.centre_line.size(); ++k) {
+      const double length = (eigen(part.centre_line[k + 1]) - eigen(part.centre_line[k])).norm();
+      if (s <= length) break;
+      s -= length;
+    }
+    const Vector3d from = eigen(part.centre_line[k]);
+    const Vector3d tangent = (eigen(part.centre_line[k + 1]) - from).normalized();
+    places.emplace_back(from + s * tangent, tangent);
+  }
+  return places;
+}
+
+/// The rule of families.h, and that every part's numbers are those of the mesh.
+TEST(Families, PartsAreRoundStretchesOfTheMesh) {
   for (const Family& f : families()) {
-    const Object object = make_object(f.name);
-    Scene scene;
-    scene.add(object);
-    const GraspCheck check(scene);
-    for (const Part& part : object.parts) {
-      // Hollow things have nothing on their axis.
-      if (part.what == "cup" || part.what == "mug body") continue;
-      EXPECT_TRUE(check.inside(part.center)) << part.what;
-      // Beyond the radius is air in most directions; well within it, as thin as a strap may be, is matter.
-      const Vector3d axis = eigen(part.axis), x = axis.unitOrthogonal(), y = axis.cross(x);
-      int air = 0, matter = 0;
-      for (int i = 0; i < 36; ++i) {
-        const Vector3d out = std::cos(kPi * i / 18) * x + std::sin(kPi * i / 18) * y;
-        const Vector3d beyond = eigen(part.center) + 1.15 * part.radius * out;
-        const Vector3d below = eigen(part.center) + 0.3 * part.radius * out;
-        air += !check.inside({beyond[0], beyond[1], beyond[2]});
-        matter += check.inside({below[0], below[1], below[2]});
+    for (const Sizes& sizes : extremes(f)) {
+      const Object object = make_object(f.name, sizes);
+      for (const Part& part : object.parts) {
+        SCOPED_TRACE(text_of(f, sizes) + ": " + part.what);
+        const bool end_of_a_handle = part.what.find(", end") != std::string::npos;
+        EXPECT_GE(part.length, end_of_a_handle ? 0.010 : 0.020 - 1e-9);
+        EXPECT_LE(part.radius, 0.041 + 1e-9);
+        const auto places = places_along(part, 0.010);
+        double half_width = 0, attached = 0;
+        int measured_places = 0;
+        for (const auto& [at, along] : places) {
+          const Outline outline = outline_about(object.mesh, at, along);
+          ASSERT_TRUE(outline.closed) << at.transpose();
+          EXPECT_TRUE(outline.solid || part.what == "cup" || part.what == "mug body" || part.what == "jug neck");
+          const Roundness r = roundness(outline, part.radius);
+          EXPECT_LE(r.attached, 0.4) << at.transpose();
+          attached += r.attached / static_cast<double>(places.size());
+          if (r.attached > 0 && !r.circle) continue;
+          EXPECT_NEAR(r.half_width, part.radius, 0.41 * part.radius) << at.transpose();
+          half_width += r.half_width;
+          ++measured_places;
+          if (r.attached > 0) continue;
+          EXPECT_LE(r.off_center, 0.0005 + 0.03 * part.radius) << at.transpose();
+          EXPECT_GE(r.convexity, 0.99) << at.transpose();
+          EXPECT_LE(r.aspect, 6) << at.transpose();
+          EXPECT_GE(r.corner, 0.6) << at.transpose();
+        }
+        ASSERT_GT(measured_places, 0);
+        EXPECT_NEAR(half_width / measured_places, part.radius, 0.0002 + 0.03 * part.radius);
+        EXPECT_LE(attached, 0.25);
       }
-      EXPECT_GE(air, 24) << part.what;
-      EXPECT_GE(matter, 30) << part.what;
     }
   }
 }

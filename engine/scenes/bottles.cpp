@@ -22,6 +22,7 @@ Shape bottle(const Sizes& s) {
   shape.add_turned(outline);
   shape.grip("bottle body", {0, 0, 0.003}, {0, 0, body_height}, body);
   shape.grip("bottle neck", {0, 0, neck_from}, {0, 0, height - 0.002}, neck);
+  shape.incidental_turned("bottle shoulder", outline, body_height, neck_from);
   return shape;
 }
 
@@ -35,6 +36,7 @@ Shape wine_bottle(const Sizes& s) {
   shape.add_turned(outline);
   shape.grip("wine bottle body", {0, 0, 0.003}, {0, 0, body_height}, body);
   shape.grip("wine bottle neck", {0, 0, neck_from}, {0, 0, height - 0.002}, neck);
+  shape.incidental_turned("wine bottle shoulder", outline, body_height, neck_from);
   return shape;
 }
 
@@ -78,12 +80,11 @@ Shape detergent_bottle(const Sizes& s, const std::string& name, bool upright_han
   // Out of the column at the top, down, and into the block. A slanted one falls all the way to the block's far corner.
   const double high = top - 0.022 - bar, out = half_x - bar - 0.010, side = column_x + column_half;
   const double over = upright_handle ? out : 0.6 * side + 0.4 * out;
-  const auto handle = [&](double from, double to) {
-    return rounded_path({{from, 0, high}, {over, 0, high}, {out, 0, to}}, 0.022);
-  };
-  shape.add_bar(handle(column_x, block - 0.020), {0, 1, 0}, rounded_rectangle(bar, 1.15 * bar, 0.95 * bar));
-  shape.loop(name + " handle", handle(side + 0.001, block + 0.002), 1.15 * bar);
-  if (cap <= 0.039) shape.grip(name + " cap", {column_x, 0, top}, {column_x, 0, height}, cap, 0.4);
+  const auto handle = rounded_path({{column_x, 0, high}, {over, 0, high}, {out, 0, block - 0.020}}, 0.022);
+  shape.add_bar(handle, {0, 1, 0}, rounded_rectangle(bar, 1.15 * bar, 0.95 * bar));
+  const auto beside_column = clipped_path(handle, {side + 0.001, 0, 0}, {1, 0, 0});
+  shape.loop(name + " handle", clipped_path(beside_column, {0, 0, block + 0.002}, {0, 0, 1}), 1.15 * bar);
+  shape.grip(name + " cap", {column_x, 0, top}, {column_x, 0, height}, cap, 0.4);
   return shape;
 }
 
@@ -108,12 +109,14 @@ Shape sprayer(const Sizes& s) {
                     {neck_to + 0.008, head / 2, 0.014, 0.006, head_x, 0},
                     {neck_to + 0.030, head / 2 - 0.006, 0.012, 0.006, head_x, 0}});
   const double trigger_x = 0.60 * head - 0.028;
-  shape.add_bar({{trigger_x, 0, neck_to + 0.006},
-                 {trigger_x + 0.002, 0, neck_to - 0.015},
-                 {trigger_x + 0.010, 0, neck_to - 0.045}},
-                {0, 1, 0}, rounded_rectangle(0.0035, 0.008, 0.003));
+  const std::vector<Vector3> trigger = {{trigger_x, 0, neck_to + 0.006},
+                                        {trigger_x + 0.002, 0, neck_to - 0.015},
+                                        {trigger_x + 0.010, 0, neck_to - 0.045}};
+  shape.add_bar(trigger, {0, 1, 0}, rounded_rectangle(0.0035, 0.008, 0.003));
   shape.grip("sprayer body", {0, 0, 0.003}, {0, 0, body_height}, body);
   shape.grip("sprayer neck", {0, 0, neck_from}, {0, 0, neck_to}, neck);
+  shape.incidental_turned("sprayer shoulder", outline, body_height, neck_from);
+  shape.incidental("sprayer trigger", clipped_path(trigger, {0, 0, neck_to}, {0, 0, -1}), 0.008);
   return shape;
 }
 
@@ -142,7 +145,7 @@ Shape soup_can(const Sizes& s) {
                     {radius - 0.001, height - 0.004},
                     {radius, height - 0.003},
                     {radius, height}});
-  shape.grip("soup can", {0, 0, 0.002}, {0, 0, height - 0.002}, radius);
+  shape.grip("soup can", {0, 0, 0.002}, {0, 0, height - 0.002}, radius - 0.001);
   return shape;
 }
 

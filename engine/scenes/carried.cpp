@@ -21,12 +21,11 @@ Shape carrying_case(const Sizes& s) {
                     {0.006, width / 2, depth / 2, 0.012},
                     {height - 0.006, width / 2, depth / 2, 0.012},
                     {height, width / 2 - 0.006, depth / 2 - 0.006, 0.012}});
-  const auto bow = [&](double foot) {
-    return rounded_path({{-half, 0, foot}, {-half, 0, height + rise}, {half, 0, height + rise}, {half, 0, foot}},
-                        0.022);
-  };
-  shape.add_bar(bow(height - 0.010), {0, 1, 0}, rounded_rectangle(thick, wide, 0.9 * std::min(thick, wide)));
-  shape.loop("carrying case handle", bow(height + 0.002), std::max(thick, wide));
+  const double foot = height - 0.010;
+  const auto bow =
+      rounded_path({{-half, 0, foot}, {-half, 0, height + rise}, {half, 0, height + rise}, {half, 0, foot}}, 0.022);
+  shape.add_bar(bow, {0, 1, 0}, rounded_rectangle(thick, wide, 0.9 * std::min(thick, wide)));
+  shape.loop("carrying case handle", clipped_path(bow, {0, 0, height + 0.002}, {0, 0, 1}), std::max(thick, wide));
   return shape;
 }
 
@@ -52,6 +51,10 @@ Shape bucket(const Sizes& s) {
   const Pose along = translation(-half, 0, top) * rotation({0, 1, 0}, kRightAngle);
   shape.add_cylinder(grip, 2 * half, along);
   shape.grip("bucket grip", {0, 0, 0.001}, {0, 0, 2 * half - 0.001}, grip, 1, along);
+  // The wire, from where it leaves the boxes at its feet.
+  const auto above = clipped_path(bow, {0, 0, height - 0.009}, {0, 0, 1});
+  shape.incidental("bucket bow, -x", clipped_path(above, {-half, 0, 0}, {-1, 0, 0}), kWire);
+  shape.incidental("bucket bow, +x", clipped_path(above, {half, 0, 0}, {1, 0, 0}), kWire);
   return shape;
 }
 
@@ -83,11 +86,9 @@ Shape drawer_block(const Sizes& s) {
   const double half = at(s, "handle_length") / 2, reach = at(s, "handle_reach"), z = 0.6 * height;
   Shape shape;
   shape.add_box(depth, width, height, translation(-depth / 2, 0, height / 2));
-  const auto bow = [&](double from) {
-    return rounded_path({{from, -half, z}, {reach, -half, z}, {reach, half, z}, {from, half, z}}, 0.012);
-  };
-  shape.add_rod(bow(-0.005), {0, 0, 1}, bar);
-  shape.loop("drawer handle", bow(0.002), bar);
+  const auto bow = rounded_path({{-0.005, -half, z}, {reach, -half, z}, {reach, half, z}, {-0.005, half, z}}, 0.012);
+  shape.add_rod(bow, {0, 0, 1}, bar);
+  shape.loop("drawer handle", clipped_path(bow, {0.002, 0, 0}, {1, 0, 0}), bar);
   return shape;
 }
 

@@ -17,15 +17,21 @@ Shape brush_1(const Sizes& s) {
   const double grip = at(s, "grip_radius"), length = at(s, "grip_length"), head = at(s, "head_radius");
   const double bristles = at(s, "bristle_length"), z = bristles + 0.008;
   Shape shape;
-  shape.add_turned({{0.6 * grip, head - 0.004},
-                    {0.8 * grip, head + 0.030},
-                    {grip, head + 0.050},
-                    {grip, head + 0.050 + length},
-                    {0.7 * grip, head + 0.058 + length}},
-                   translation(0, 0, z) * kAlongX);
+  const std::vector<Point2> handle = {{0.6 * grip, head - 0.004},
+                                      {0.8 * grip, head + 0.030},
+                                      {grip, head + 0.050},
+                                      {grip, head + 0.050 + length},
+                                      {0.7 * grip, head + 0.058 + length}};
+  const Pose out = translation(0, 0, z) * kAlongX;
+  shape.add_turned(handle, out);
   shape.add_turned({{head, 0}, {head, 0.014}}, translation(0, 0, bristles));
-  shape.add_turned({{0.95 * head, 0}, {0.85 * head, bristles + 0.002}});
+  const std::vector<Point2> tuft = {{0.95 * head, 0}, {0.85 * head, bristles + 0.002}};
+  shape.add_turned(tuft);
   shape.grip("brush 1 handle", {head + 0.050, 0, z}, {head + 0.050 + length, 0, z}, grip);
+  shape.incidental_turned("brush 1 neck", handle, head + 0.001, head + 0.050, out);
+  shape.incidental_turned("brush 1 head",
+                          {tuft[0], {0.85 * head, bristles}, {head, bristles}, {head, bristles + 0.014}}, 0,
+                          bristles + 0.014);
   return shape;
 }
 
@@ -37,10 +43,12 @@ Shape brush_2(const Sizes& s) {
   shape.add_bar({{-block, 0, z}, {0, 0, z}}, {0, 1, 0}, rounded_rectangle(0.010, half_width, 0.005));
   shape.add_lofted({{0, block / 2, half_width + 0.004, 0.004, -block / 2, 0},
                     {bristles + 0.001, block / 2 - 0.006, half_width - 0.003, 0.004, -block / 2, 0}});
-  shape.add_turned(
-      {{0.0095, -0.010}, {0.0095, 0.012}, {grip, 0.030}, {grip, 0.030 + length}, {0.7 * grip, 0.038 + length}},
-      translation(0, 0, z) * kAlongX);
+  const std::vector<Point2> handle = {
+      {0.0095, -0.010}, {0.0095, 0.012}, {grip, 0.030}, {grip, 0.030 + length}, {0.7 * grip, 0.038 + length}};
+  const Pose out = translation(0, 0, z) * kAlongX;
+  shape.add_turned(handle, out);
   shape.grip("brush 2 handle", {0.030, 0, z}, {0.030 + length, 0, z}, grip);
+  shape.incidental_turned("brush 2 neck", handle, 0.001, 0.030, out);
   return shape;
 }
 
@@ -72,9 +80,11 @@ Shape dust_pan(const Sizes& s) {
     shape.add_box(0.8 * depth, kPlate, wall, translation(-0.4 * depth, side * (width - kPlate), wall / 2));
   }
   const Pose out = translation(-0.002, 0, wall - grip - 0.002) * rotation({0, 1, 0}, -kRise) * kAlongX;
-  shape.add_turned(
-      {{0.6 * grip, 0}, {0.6 * grip, 0.022}, {grip, 0.030}, {grip, 0.030 + length}, {0.7 * grip, 0.036 + length}}, out);
+  const std::vector<Point2> handle = {
+      {0.6 * grip, 0}, {0.6 * grip, 0.022}, {grip, 0.030}, {grip, 0.030 + length}, {0.7 * grip, 0.036 + length}};
+  shape.add_turned(handle, out);
   shape.grip("dust pan handle", {0, 0, 0.030}, {0, 0, 0.030 + length}, grip, 1, out);
+  shape.incidental_turned("dust pan neck", handle, 0.004, 0.030, out);
   return shape;
 }
 
@@ -90,13 +100,15 @@ Shape sponge(const Sizes& s) {
                     {height + 0.008, 0.7 * block / 2, 0.6 * width / 2, 0.008, -block / 2, 0}});
   const Pose out = translation(-0.35 * block, 0, height + 0.002) * rotation({0, 1, 0}, -kTilt) * kAlongX;
   const double from = 0.50 * block;
-  shape.add_turned({{0.5 * grip, 0},
-                    {0.6 * grip, from - 0.014},
-                    {grip, from},
-                    {grip, from + length - 0.010},
-                    {0.75 * grip, from + length}},
-                   out);
+  const std::vector<Point2> handle = {{0.5 * grip, 0},
+                                      {0.6 * grip, from - 0.014},
+                                      {grip, from},
+                                      {grip, from + length - 0.010},
+                                      {0.75 * grip, from + length}};
+  shape.add_turned(handle, out);
   shape.grip("sponge handle", {0, 0, from}, {0, 0, from + length - 0.010}, grip, 1, out);
+  // Nearer to the block the neck is half within its mount.
+  shape.incidental_turned("sponge neck", handle, 0.28 * block, from, out);
   return shape;
 }
 
@@ -107,11 +119,13 @@ Shape lint_roller(const Sizes& s) {
   const Pose along = translation(0, 0, roller) * kAlongX;
   Shape shape;
   shape.add_cylinder(roller, length, along);
-  shape.add_turned({{0.0045, -0.040}, {0.0045, 0.010}}, along);
+  constexpr double kWire = 0.0045;
+  shape.add_turned({{kWire, -0.040}, {kWire, 0.010}}, along);
   shape.add_turned(
       {{0.75 * grip, -0.030 - grip_length}, {grip, -0.022 - grip_length}, {grip, -0.038}, {0.6 * grip, -0.028}}, along);
   shape.grip("lint roller", {0, 0, 0.001}, {0, 0, length - 0.001}, roller, 1, along);
   shape.grip("lint roller handle", {0, 0, -0.022 - grip_length}, {0, 0, -0.038}, grip, 1, along);
+  shape.incidental("lint roller wire", {{0, 0, -0.028}, {0, 0, 0}}, kWire, along);
   return shape;
 }
 

@@ -28,9 +28,8 @@ Shape mug(const Sizes& s) {
                    0.006);
   const auto path = side_handle(radius - 0.0022, reach + 0.0022, 0.16 * height, 0.86 * height, 0.019);
   shape.add_bar(path, {0, 1, 0}, rounded_rectangle(thick, wide, 0.9 * std::min(thick, wide)));
-  shape.loop("mug handle", side_handle(radius + 0.002, reach - 0.002, 0.16 * height, 0.86 * height, 0.019),
-             std::max(thick, wide));
-  shape.grip("mug body", {0, 0, 0.004}, {0, 0, height - 0.002}, radius, 0.3);
+  shape.loop("mug handle", clipped_path(path, {radius + 0.002, 0, 0}, {1, 0, 0}), std::max(thick, wide));
+  shape.incidental("mug body", {{0, 0, 0.004}, {0, 0, height - 0.002}}, radius);
   return shape;
 }
 
@@ -40,22 +39,23 @@ Shape jug(const Sizes& s) {
   constexpr double kWall = 0.004;
   Shape shape;
   const double waist = std::max(low, high) + 0.006;
-  shape.add_vessel({{0, low, low - kWall},
-                    {0.35 * height, waist, waist - kWall},
-                    {0.80 * height, high, high - kWall},
-                    {height, high + 0.004, high + 0.004 - kWall}},
-                   0.005);
+  const std::vector<WallRing> wall = {{0, low, low - kWall},
+                                      {0.35 * height, waist, waist - kWall},
+                                      {0.80 * height, high, high - kWall},
+                                      {height, high + 0.004, high + 0.004 - kWall}};
+  shape.add_vessel(wall, 0.005);
   // Both ends lie inside the wall, which is not upright.
   const double from_high = high + 0.001, from_low = waist - 0.003, out = waist + reach;
   const double z_low = 0.30 * height, z_high = 0.90 * height;
   const auto path =
       rounded_path({{from_low, 0, z_low}, {out, 0, z_low + 0.01}, {out, 0, z_high}, {from_high, 0, z_high}}, 0.025);
   shape.add_bar(path, {0, 1, 0}, rounded_rectangle(thick, wide, 0.9 * std::min(thick, wide)));
-  shape.loop(
-      "jug handle",
-      rounded_path({{waist + 0.004, 0, z_low}, {out, 0, z_low + 0.01}, {out, 0, z_high}, {high + 0.006, 0, z_high}},
-                   0.025),
-      std::max(thick, wide));
+  // Beyond the line between where its ends leave the wall.
+  const Vector3 from = {waist + 0.004, 0, z_low}, to = {high + 0.006, 0, z_high};
+  shape.loop("jug handle", clipped_path(path, from, cross({0, 1, 0}, to - from)), std::max(thick, wide));
+  std::vector<Point2> outline;
+  for (const WallRing& w : wall) outline.push_back({w.outer, w.z});
+  shape.incidental_turned("jug neck", outline, 0, height);
   return shape;
 }
 
@@ -72,6 +72,7 @@ Shape pan(const Sizes& s) {
   shape.add_bar({{0.028, 0, 0}, {length, 0, 0}}, {0, 1, 0}, rounded_rectangle(thick, wide, 0.8 * std::min(thick, wide)),
                 at_rim);
   shape.grip("pan handle", {0.030, 0, 0}, {length - 0.002, 0, 0}, std::max(thick, wide), 1, at_rim);
+  shape.incidental("pan neck", {{0.002, 0, 0}, {0.028, 0, 0}}, 0.5 * std::max(thick, wide), at_rim);
   return shape;
 }
 
@@ -86,21 +87,22 @@ Shape pot(const Sizes& s) {
       0.004);
   shape.add_turned({{radius + 0.002, 0}, {radius + 0.002, 0.003}, {0.55 * radius, 0.014}, {0.012, 0.018}},
                    translation(0, 0, height - 0.001));
-  shape.add_turned({{0.008, 0}, {0.008, 0.008}, {0.017, 0.014}, {0.017, 0.022}, {0.010, 0.026}},
-                   translation(0, 0, height + 0.014));
+  const std::vector<Point2> knob = {{0.008, 0}, {0.008, 0.008}, {0.017, 0.014}, {0.017, 0.022}, {0.010, 0.026}};
+  const Pose on_lid = translation(0, 0, height + 0.014);
+  shape.add_turned(knob, on_lid);
   const double wall = std::sqrt(radius * radius - half_width * half_width);
-  const auto bow = [&](double from) {
-    return rounded_path({{from, -half_width, 0},
-                         {radius + reach, -half_width, 0},
-                         {radius + reach, half_width, 0},
-                         {from, half_width, 0}},
-                        0.020);
-  };
+  const auto bow = rounded_path({{wall - 0.002, -half_width, 0},
+                                 {radius + reach, -half_width, 0},
+                                 {radius + reach, half_width, 0},
+                                 {wall - 0.002, half_width, 0}},
+                                0.020);
+  const auto free = clipped_path(bow, {wall + 0.002, 0, 0}, {1, 0, 0});
   for (const double turn : {0.0, 2 * kRightAngle}) {
     const Pose side = rotation({0, 0, 1}, turn) * translation(0, 0, 0.75 * height);
-    shape.add_rod(bow(wall - 0.002), {0, 0, 1}, bar, side);
-    shape.loop(turn == 0 ? "pot handle, +x" : "pot handle, -x", bow(wall + 0.002), bar, side);
+    shape.add_rod(bow, {0, 0, 1}, bar, side);
+    shape.loop(turn == 0 ? "pot handle, +x" : "pot handle, -x", free, bar, side);
   }
+  shape.incidental_turned("pot lid knob", knob, 0.003, 0.026, on_lid);
   return shape;
 }
 
@@ -115,17 +117,18 @@ Shape kettle(const Sizes& s) {
   shape.add_turned(outline);
   shape.add_turned({{0.010, 0}, {0.014, 0.010}, {0.008, 0.018}}, translation(0, 0, height - 0.001));
   // Spout to +y.
-  shape.add_rod(
-      {{0, 0.75 * radius, 0.40 * height}, {0, 1.25 * radius, 0.80 * height}, {0, 1.45 * radius, 0.95 * height}},
-      {1, 0, 0}, 0.012);
+  constexpr double kSpout = 0.012;
+  const std::vector<Vector3> spout = {
+      {0, 0.75 * radius, 0.40 * height}, {0, 1.25 * radius, 0.80 * height}, {0, 1.45 * radius, 0.95 * height}};
+  shape.add_rod(spout, {1, 0, 0}, kSpout);
   const double foot = 0.62 * radius, top = height + rise;
   const auto bow = rounded_path(
       {{-foot, 0, 0.75 * height}, {-foot - 0.004, 0, top}, {foot + 0.004, 0, top}, {foot, 0, 0.75 * height}}, 0.030);
   shape.add_rod(bow, {0, 1, 0}, bar);
   // The feet are inside the shoulder up to about three quarters of the height.
-  const auto free = rounded_path(
-      {{-foot, 0, 0.92 * height}, {-foot - 0.004, 0, top}, {foot + 0.004, 0, top}, {foot, 0, 0.92 * height}}, 0.030);
-  shape.loop("kettle handle", free, bar);
+  shape.loop("kettle handle", clipped_path(bow, {0, 0, 0.92 * height}, {0, 0, 1}), bar);
+  shape.incidental("kettle spout", clipped_path(spout, {0, 0, 0.66 * height}, {0, 0, 1}), kSpout);
+  shape.incidental_turned("kettle neck", outline, 0.46 * height, height);
   return shape;
 }
 
@@ -141,6 +144,8 @@ Shape spatula(const Sizes& s) {
   shape.add_bar(shank, {0, 1, 0}, rounded_rectangle(0.002, 0.006, 0.0018));
   shape.add_box(blade, blade_width, 0.002, translation(-0.100 - blade / 2, 0, 0.0015));
   shape.grip("spatula handle", {0.002, 0, thick}, {length - 0.002, 0, thick}, std::max(thick, wide));
+  shape.incidental("spatula shank", clipped_path(clipped_path(shank, {0, 0, 0}, {-1, 0, 0}), {-0.100, 0, 0}, {1, 0, 0}),
+                   0.006);
   return shape;
 }
 

@@ -13,6 +13,10 @@ constexpr double kHalfTurn = 3.141592653589793;
 constexpr int kSegments = 64;       // of meshes: a radius of 40 mm is off by 0.05 mm at most
 constexpr int kPieceSegments = 32;  // of convex pieces
 constexpr int kSectors = 24;        // into which a vessel's wall is cut
+// What is a part, see families.h.
+constexpr double kLeastPart = 0.020, kWidestPart = 0.041;  // m
+constexpr double kRounding = 1e-9;                         // m; of sizes that are sums
+constexpr double kIncidental = 0.3;                        // confidence
 
 std::vector<Vector3> ring(double radius, double z, int segments, double from = 0, double to = 2 * kHalfTurn) {
   std::vector<Vector3> points;
@@ -70,6 +74,15 @@ std::pair<Vector3, std::size_t> at_length(const std::vector<Vector3>& path, doub
     s -= d;
   }
   return {path.back(), path.size() - 2};
+}
+
+/// Radius of an outline, whose points go upwards, at a height within it.
+double radius_at(const std::vector<Point2>& outline, double z) {
+  std::size_t i = 0;
+  while (i + 2 < outline.size() && z > outline[i + 1][1]) ++i;
+  const Point2 &low = outline[i], &high = outline[i + 1];
+  const double s = high[1] > low[1] ? std::clamp((z - low[1]) / (high[1] - low[1]), 0.0, 1.0) : 1;
+  return low[0] + s * (high[0] - low[0]);
 }
 
 Part path_part(const std::string& what, const std::vector<Vector3>& path, double radius, double confidence) {
@@ -219,6 +232,44 @@ void Shape::grip(const std::string& what, const Vector3& from, const Vector3& to
   parts.push_back(transformed(path_part(what, {from, to}, radius, confidence), T));
 }
 
+void Shape::incidental(const std::string& what, const std::vector<Vector3>& path, double radius, const Pose& T) {
+  if (path_length(path) < kLeastPart - kRounding || radius > kWidestPart + kRounding) return;
+  parts.push_back(transformed(path_part(what, path, radius, kIncidental), T));
+}
+
+void Shape::incidental_turned(const std::string& what, const std::vector<Point2>& outline, double from, double to,
+                              const Pose& T) {
+  constexpr double kStep = 0.00025, kSpread = 0.4, kSteepest = 0.75;
+  std::vector<Point2> places;  // radius and height
+  const int steps = static_cast<int>(std::ceil((to - from) / kStep));
+  for (int i = 0; i <= steps; ++i) {
+    const double z = from + (to - from) * i / steps;
+    places.push_back({radius_at(outline, z), z});
+  }
+  const auto longest = [&places](double low, double high) {
+    std::size_t first = 0, count = 0;
+    for (std::size_t i = 0, run = 0; i < places.size(); ++i) {
+      run = places[i][0] >= low && places[i][0] <= high ? run + 1 : 0;
+      if (run > count) count = run, first = i + 1 - run;
+    }
+    places = std::vector<Point2>(places.begin() + static_cast<std::ptrdiff_t>(first),
+                                 places.begin() + static_cast<std::ptrdiff_t>(first + count));
+  };
+  longest(0, kWidestPart + kRounding);
+  // What is left out at the ends changes the mean: until nothing more is.
+  double mean = 0;
+  for (std::size_t before = 0; before != places.size() && !places.empty();) {
+    before = places.size();
+    mean = 0;
+    for (const Point2& place : places) mean += place[0] / static_cast<double>(before);
+    longest((1 - kSpread) * mean, (1 + kSpread) * mean);
+  }
+  if (places.size() < 2) return;
+  const Point2 &low = places.front(), &high = places.back();
+  if (std::abs(high[0] - low[0]) > kSteepest * (high[1] - low[1])) return;
+  incidental(what, {{0, 0, low[1]}, {0, 0, high[1]}}, mean, T);
+}
+
 void Shape::loop(const std::string& what, const std::vector<Vector3>& path, double radius, const Pose& T) {
   constexpr double kStraight = 40 * kHalfTurn / 180, kLeastEnd = 0.010;
   const double length = path_length(path);
@@ -235,7 +286,7 @@ void Shape::loop(const std::string& what, const std::vector<Vector3>& path, doub
   for (const auto& [from, to] : {std::pair(std::size_t{0}, first), std::pair(last, path.size() - 1)}) {
     const std::vector<Vector3> end = stretch(from, to);
     if (end.size() < 2 || path_length(end) < kLeastEnd) continue;
-    parts.push_back(transformed(path_part(what + ", end", end, radius, 0.3), T));
+    parts.push_back(transformed(path_part(what + ", end", end, radius, kIncidental), T));
   }
 }
 
@@ -260,6 +311,19 @@ std::vector<Vector3> rounded_path(const std::vector<Vector3>& corners, double be
   }
   path.push_back(corners.back());
   return path;
+}
+
+std::vector<Vector3> clipped_path(const std::vector<Vector3>& path, const Vector3& point, const Vector3& inward) {
+  std::vector<Vector3> kept;
+  for (std::size_t i = 0; i < path.size(); ++i) {
+    const double here = dot(inward, path[i] - point);
+    if (i > 0) {
+      const double before = dot(inward, path[i - 1] - point);
+      if (before * here < 0) kept.push_back(path[i - 1] + (before / (before - here)) * (path[i] - path[i - 1]));
+    }
+    if (here >= 0) kept.push_back(path[i]);
+  }
+  return kept;
 }
 
 std::vector<Vector3> arc_path(const Vector3& center, const Vector3& x, const Vector3& y, double radius, double from,

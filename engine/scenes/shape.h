@@ -50,6 +50,13 @@ struct Shape {
   /// A straight part between two points of its axis (in T's frame).
   void grip(const std::string& what, const Vector3& from, const Vector3& to, double radius, double confidence = 1,
             const Pose& T = {});
+  /// A part that one would not hold the thing by: right if it is found, but not asked for. Nothing when it is no part
+  /// by the rule of families.h: shorter than 20 mm or more than 41 mm in radius.
+  void incidental(const std::string& what, const std::vector<Vector3>& path, double radius, const Pose& T = {});
+  /// The same of a solid of revolution about z between two heights of its outline, which may taper: the longest stretch
+  /// there that is a part, with its mean radius.
+  void incidental_turned(const std::string& what, const std::vector<Point2>& outline, double from, double to,
+                         const Pose& T = {});
   /// A curved part: the stretch about the path's middle whose direction is within 40 degrees of the middle's is asked
   /// for; what is left at the two ends, if it is 10 mm or more, is right if it is found, but not asked for.
   void loop(const std::string& what, const std::vector<Vector3>& path, double radius, const Pose& T = {});
@@ -61,6 +68,8 @@ struct Shape {
 
 /// A polyline whose corners are rounded to circular arcs of radius `bend` (m), or less where a side is too short.
 std::vector<Vector3> rounded_path(const std::vector<Vector3>& corners, double bend);
+/// What of a polyline is on the side of the plane through `point` to which `inward` shows; that must be in one piece.
+std::vector<Vector3> clipped_path(const std::vector<Vector3>& path, const Vector3& point, const Vector3& inward);
 /// Arc of a circle in the plane of the unit vectors x and y about `center`, from angle `from` to `to` (rad).
 std::vector<Vector3> arc_path(const Vector3& center, const Vector3& x, const Vector3& y, double radius, double from,
                               double to);

@@ -22,8 +22,8 @@ Shape mallet(const Sizes& s) {
   shape.add_turned({{head - 0.002, 0}, {head, 0.002}, {head, height - 0.002}, {head - 0.002, height}});
   shape.add_cylinder(shaft, length, translation(0, 0, middle) * kAlongX);
   shape.grip("mallet shaft", {head + 0.003, 0, middle}, {length - 0.002, 0, middle}, shaft);
-  shape.grip("mallet head, below", {0, 0, 0.003}, {0, 0, middle - shaft}, head, 0.3);
-  shape.grip("mallet head, above", {0, 0, middle + shaft}, {0, 0, height - 0.003}, head, 0.3);
+  shape.incidental("mallet head, below", {{0, 0, 0.003}, {0, 0, middle - shaft}}, head);
+  shape.incidental("mallet head, above", {{0, 0, middle + shaft}, {0, 0, height - 0.003}}, head);
   return shape;
 }
 
@@ -37,14 +37,22 @@ Shape hammer(const Sizes& s) {
                 rounded_rectangle(thick, wide, 0.9 * std::min(thick, wide)));
   // The head: a face, a block, and two claws that bend back.
   const Pose to_y = translation(0, 0, z) * rotation({1, 0, 0}, -kRightAngle);
-  shape.add_turned(
-      {{0.8 * face, 0.010}, {0.8 * face, 0.45 * head - 0.016}, {face, 0.45 * head - 0.012}, {face, 0.45 * head}}, to_y);
+  const std::vector<Point2> outline = {
+      {0.8 * face, 0.010}, {0.8 * face, 0.45 * head - 0.016}, {face, 0.45 * head - 0.012}, {face, 0.45 * head}};
+  shape.add_turned(outline, to_y);
   shape.add_box(0.026, 0.036, 0.024, translation(0, 0, z));
+  const auto claw = [&](double side) -> std::vector<Vector3> {
+    return {{0, -0.010, z + side}, {0.004, -0.30 * head, z + side}, {0.018, -0.55 * head, z + side}};
+  };
   for (const double side : {-0.006, 0.006}) {
-    shape.add_bar({{0, -0.010, z + side}, {0.004, -0.30 * head, z + side}, {0.018, -0.55 * head, z + side}}, {0, 0, 1},
-                  rounded_rectangle(0.006, 0.0045, 0.003));
+    shape.add_bar(claw(side), {0, 0, 1}, rounded_rectangle(0.006, 0.0045, 0.003));
   }
   shape.grip("hammer shaft", {0.018, 0, z}, {length - 0.002, 0, z}, std::max(thick, wide));
+  shape.incidental_turned("hammer face", outline, 0.018, 0.45 * head, to_y);
+  for (const double side : {-0.006, 0.006}) {
+    shape.incidental(side < 0 ? "hammer claw, below" : "hammer claw, above",
+                     clipped_path(claw(side), {0, -0.018, 0}, {0, -1, 0}), 0.006);
+  }
   return shape;
 }
 
@@ -52,12 +60,13 @@ Shape screwdriver(const Sizes& s) {
   const double grip = at(s, "grip_radius"), length = at(s, "grip_length"), blade = at(s, "blade_length");
   const Pose along = translation(0, 0, grip) * kAlongX;
   Shape shape;
-  shape.add_turned(
-      {{0.70 * grip, 0}, {grip, 0.006}, {grip, 0.80 * length}, {0.65 * grip, 0.92 * length}, {0.75 * grip, length}},
-      along);
+  const std::vector<Point2> outline = {
+      {0.70 * grip, 0}, {grip, 0.006}, {grip, 0.80 * length}, {0.65 * grip, 0.92 * length}, {0.75 * grip, length}};
+  shape.add_turned(outline, along);
   shape.add_turned({{0.0032, -blade}, {0.0032, 0.010}}, along);
   shape.grip("screwdriver grip", {0, 0, 0.006}, {0, 0, 0.80 * length}, grip, 1, along);
-  shape.grip("screwdriver blade", {0, 0, -blade}, {0, 0, 0}, 0.0032, 0.3, along);
+  shape.incidental("screwdriver blade", {{0, 0, -blade}, {0, 0, 0}}, 0.0032, along);
+  shape.incidental_turned("screwdriver butt", outline, 0.80 * length, length, along);
   return shape;
 }
 
@@ -73,15 +82,18 @@ Shape drill(const Sizes& s) {
   const std::vector<Vector3> path = {{0.012, 0, kBattery - 0.010}, {0, 0, axis_z - 0.4 * body}};
   shape.add_bar(path, {0, 1, 0}, rounded_rectangle(deep, wide, 0.9 * std::min(deep, wide)));
   const Pose along = translation(-0.40 * length, 0, axis_z) * kAlongX;
-  shape.add_turned(
-      {{0.8 * body, 0}, {body, 0.008}, {body, 0.75 * length}, {0.7 * body, 0.80 * length}, {0.7 * body, length}},
-      along);
-  const double chuck = 0.62 * body;
-  shape.add_turned({{chuck, length - 0.002}, {chuck, length + 0.025}, {0.4 * chuck, length + 0.045}}, along);
+  const std::vector<Point2> housing = {
+      {0.8 * body, 0}, {body, 0.008}, {body, 0.75 * length}, {0.7 * body, 0.80 * length}, {0.7 * body, length}};
+  shape.add_turned(housing, along);
+  const double jaws = 0.62 * body;
+  const std::vector<Point2> chuck = {{jaws, length - 0.002}, {jaws, length + 0.025}, {0.4 * jaws, length + 0.045}};
+  shape.add_turned(chuck, along);
   const Vector3 axis = unit(path[1] - path[0]);
   const auto at_height = [&](double z) { return path[0] + ((z - path[0][2]) / axis[2]) * axis; };
   shape.grip("drill grip", at_height(kBattery + 0.004), at_height(axis_z - body - 0.002), std::max(deep, wide));
   shape.grip("drill body", {0, 0, 0.008}, {0, 0, 0.75 * length}, body, 0.4, along);
+  shape.incidental_turned("drill gearbox", housing, 0.80 * length, length, along);
+  shape.incidental_turned("drill chuck", chuck, length, length + 0.045, along);
   return shape;
 }
 
@@ -108,8 +120,9 @@ Shape trowel(const Sizes& s) {
   shape.add_turned(
       {{0.75 * grip, 0}, {grip, 0.010}, {0.92 * grip, 0.5 * length}, {grip, length - 0.008}, {0.7 * grip, length}},
       translation(0.060, 0, rise) * kAlongX);
-  shape.add_rod(rounded_path({{0.070, 0, rise}, {0.030, 0, rise}, {0, 0, 0.005}, {-0.030, 0, 0.005}}, 0.020), {0, 1, 0},
-                0.0045);
+  constexpr double kNeck = 0.0045;
+  const auto neck = rounded_path({{0.070, 0, rise}, {0.030, 0, rise}, {0, 0, 0.005}, {-0.030, 0, 0.005}}, 0.020);
+  shape.add_rod(neck, {0, 1, 0}, kNeck);
   // Three plates: the floor of the blade and its raised sides.
   shape.add_box(blade, 1.2 * half, 0.003, translation(-blade / 2, 0, 0.0025));
   for (const double side : {-1.0, 1.0}) {
@@ -117,6 +130,8 @@ Shape trowel(const Sizes& s) {
                   translation(-0.46 * blade, side * 0.80 * half, 0.011) * rotation({1, 0, 0}, side * 0.6));
   }
   shape.grip("trowel grip", {0.070, 0, rise}, {0.060 + length - 0.008, 0, rise}, grip);
+  shape.incidental("trowel neck", clipped_path(clipped_path(neck, {0.060, 0, 0}, {-1, 0, 0}), {0, 0, 0}, {1, 0, 0}),
+                   kNeck);
   return shape;
 }
 
@@ -131,7 +146,7 @@ Shape dumbbell(const Sizes& s) {
                      along * translation(0, 0, z));
   }
   shape.grip("dumbbell grip", {0, 0, -half + 0.001}, {0, 0, half - 0.001}, grip, 1, along);
-  if (head <= 0.039) {
+  if (head <= 0.041) {
     shape.grip("dumbbell head, -x", {0, 0, -half - head_length + 0.004}, {0, 0, -half - 0.004}, head, 0.4, along);
     shape.grip("dumbbell head, +x", {0, 0, half + 0.004}, {0, 0, half + head_length - 0.004}, head, 0.4, along);
   }

@@ -212,6 +212,10 @@ const char* Localizer::isa() {
   return kernels::kernels().name;
 }
 
+const std::vector<PartCandidate>& LocalizerInside::candidates(const Localizer& localizer) {
+  return localizer.impl_->part_search.candidates();
+}
+
 void localize_samples(const Options& options, const CloudView& cloud, const std::vector<std::array<float, 3>>& samples,
                       Result& result, std::vector<Step>& steps) {
   options.validate();

@@ -5,8 +5,10 @@
 #include <vector>
 
 #include "handhold/cloud.h"
+#include "handhold/localizer.h"
 #include "handhold/options.h"
 #include "handhold/result.h"
+#include "part_check.h"
 #include "search.h"
 
 namespace handhold {
@@ -15,5 +17,11 @@ namespace handhold {
 /// sample i ended; result.affordances[j].sample is an index into `samples`.
 void localize_samples(const Options& options, const CloudView& cloud, const std::vector<std::array<float, 3>>& samples,
                       Result& result, std::vector<Step>& steps);
+
+/// What the last search of a localizer left behind.
+struct LocalizerInside {
+  /// Parts that may be handles, with what was measured about them, best first; empty with the paper's method.
+  static const std::vector<PartCandidate>& candidates(const Localizer& localizer);
+};
 
 }  // namespace handhold

@@ -92,13 +92,38 @@ TEST_F(Evaluate, SoundnessAgainstTheScenesGeometry) {
   std::string other = kScene;
   folder_.write("scenes/quiet.toml", other.replace(other.find("cloud"), 5, "quiet"));
   const std::string text = report({"results", "truth.json", "--scenes", "scenes", "--explain"});
-  expect_parts(text, {"soundness    0.500  2 of 4 handles", "1.000  1 of 1 affordances", "0.000  0 of 1 false handles",
-                      "unsound: nothing between the fingers"});
+  expect_parts(text, {"soundness    0.500  2 of 4 handles", "1.000  1 of 1 affordances",
+                      "0.000  0 of 1 false handles are sound, 1 unsound", "unsound: nothing between the fingers",
+                      "false handle 3: on 'bar' (board); ", "false handles on",
+                      "board                 1      0                1/2"});
   expect_parts(report({"results", "truth.json", "--scenes", "scenes", "--hand-aperture", "0.025"}),
                {"soundness    0.000  0 of 4 handles"});
   std::filesystem::remove(folder_.path() / "scenes/quiet.toml");
   expect_refusal({"results", "truth.json", "--scenes", "scenes"}, 1, "quiet.toml");
   expect_refusal({"results", "truth.json", "--scenes", "nowhere"}, 1, "'nowhere' is no folder");
+}
+
+TEST_F(Evaluate, ScenesWithNothingToHold) {
+  const Outcome made = run_program(
+      {"simulate", "--set", "negatives", "--random", "3", "--seed", "3", "--clutter", "0", "--bare", "-o", "negatives"},
+      folder_.path());
+  ASSERT_EQ(made.exit_code, 0) << made.err;
+  std::filesystem::create_directory(folder_.path() / "none");
+  for (const auto& entry : std::filesystem::directory_iterator(folder_.path() / "negatives")) {
+    if (entry.path().extension() != ".toml") continue;
+    // In one scene a handle in the air, 0.3 m before the camera.
+    const std::string name = entry.path().stem().string();
+    folder_.write("none/" + name + ".json",
+                  name == "negative_3_c0" ? R"({"handles": [{"center": [0, 0, 0.3], "axis": [1, 0, 0], "radius": 0.01,
+                     "length": 0.05}]})"
+                                          : R"({"handles": []})");
+  }
+  const std::string text =
+      report({"none", "negatives/truth.json", "--scenes", "negatives", "--explain", "--csv", "negatives.csv"});
+  expect_parts(
+      text, {"quiet        0.667  2 of 3 scenes without listed parts", "0 of 1 false handles are sound, 1 unsound",
+             "false handles on  count  sound  objects without/all", "none on ", "negative_3_c0: false handle 1: on '"});
+  expect_parts(folder_.read("negatives.csv"), {",sound,object,family,cause,", "handle,negative_3_c0,1,,false,"});
 }
 
 TEST_F(Evaluate, CsvAndPictures) {

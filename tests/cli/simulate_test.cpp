@@ -83,12 +83,14 @@ TEST_F(Simulate, WritesCloudSceneAndTruth) {
   EXPECT_EQ(cloud.height, 120u);
   const Json truth = Json::parse(folder_.read("out/deep/truth.json"));
   ASSERT_TRUE(truth.contains("one"));
-  ASSERT_EQ(truth["one"].size(), 2u);
+  ASSERT_EQ(truth["one"].size(), 3u);
   const Json& body = truth["one"][0];
   EXPECT_EQ(body["what"], "bottle body");
   EXPECT_EQ(body["graspable"], true);
   EXPECT_TRUE(body["measured"].is_boolean());
   EXPECT_NEAR(body["radius"].get<double>(), 0.030, 1e-9);
+  EXPECT_EQ(truth["one"][2]["what"], "bottle shoulder");
+  EXPECT_LT(truth["one"][2]["confidence"].get<double>(), 0.5);
   // What was written is the scene: the same again from it.
   const Outcome again = simulate({"out/deep/one.toml", "-o", "again"});
   ASSERT_EQ(again.exit_code, 0) << again.err;

@@ -15,6 +15,7 @@
 #include "handhold/config.h"
 #include "handhold/io.h"
 #include "handhold/scene_file.h"
+#include "objects.h"
 #include "progress.h"
 #include "soundness.h"
 #include "subcommand.h"
@@ -44,7 +45,8 @@ void add_flags(CLI::App& app, Arguments& a) {
   const auto text = [&app](const char* flag, std::string& target, const char* value, const char* help,
                            const char* group) { add_text_flag(app, flag, target, value, help, group); };
   const char* input = "Input";
-  text("--scenes", a.scenes, "DIR", "Folder of SCENE.toml: check soundness against the complete geometry", input);
+  text("--scenes", a.scenes, "DIR",
+       "Folder of SCENE.toml: check soundness, and say what handles lie on, by the complete geometry", input);
   text("--clouds", a.clouds, "DIR", "Folder of SCENE.pcd, for --pictures [--scenes, or where TRUTH is]", input);
   const char* output = "Output";
   text("--csv", a.csv, "F", "Write a line per scene, handle and needed part", output);
@@ -214,7 +216,11 @@ int run(const Arguments& a) {
       if (a.scenes.empty()) break;
       progress.show("checking " + scene.name);
       const sensor::SceneFile file = sensor::read_scene(file_of(a.scenes, scene.name, ".toml"));
-      evaluation::check_soundness(scene, sensor::build(file), file.T_world_camera, rule.hand);
+      const sensor::Scene geometry = sensor::build(file);
+      evaluation::check_soundness(scene, geometry, file.T_world_camera, rule.hand);
+      std::vector<std::string> families;
+      for (const sensor::SceneObject& object : file.objects) families.push_back(object.family);
+      evaluation::find_objects(scene, geometry, families, file.T_world_camera);
     }
     if (!a.pictures.empty()) {
       const fs::path beside_truth = fs::path(a.truth).parent_path();

@@ -57,7 +57,9 @@ class Painter {
 
   void draw_handle(const Handle& handle, const Color& color) {
     std::vector<Segment> seen, hidden;
-    for (const Line& line : outline(handle)) split(line, seen, hidden);
+    for (const Handle& piece : straight_pieces(handle)) {
+      for (const Line& line : outline(piece)) split(line, seen, hidden);
+    }
     canvas_.stroke(hidden, 1.6 * unit_, color, 0.4f);
     canvas_.stroke(seen, 4.2 * unit_, kInk, 0.55f);
     canvas_.stroke(seen, 2.2 * unit_, color, 1);
@@ -252,6 +254,22 @@ class Painter {
       }
       (2 * votes > voters ? seen : hidden).push_back(segments[static_cast<std::size_t>(i)]);
     }
+  }
+
+  // A curved handle piece by piece; a straight one is its own.
+  static std::vector<Handle> straight_pieces(const Handle& handle) {
+    if (handle.path.size() < 2) return {handle};
+    std::vector<Handle> pieces;
+    for (std::size_t i = 0; i + 1 < handle.path.size(); ++i) {
+      const Vector3 step = add(handle.path[i + 1], handle.path[i], -1);
+      Handle piece{};
+      piece.center = add(handle.path[i], step, 0.5);
+      piece.length = norm(step);
+      piece.axis = unit(step);
+      piece.radius = handle.radius;
+      if (piece.length > 0) pieces.push_back(std::move(piece));
+    }
+    return pieces;
   }
 
   // Both end circles, and the two lines where the eye's rays touch the cylinder.

@@ -60,17 +60,19 @@ Json times_json(const StageTimes& times) {
 }
 
 Json handle_json(const Handle& handle) {
-  return {{"center", handle.center},
-          {"axis", handle.axis},
-          {"approach", handle.approach},
-          {"radius", handle.radius},
-          {"length", handle.length},
-          {"confidence", handle.confidence},
-          {"arc", handle.arc},
-          {"residual", handle.residual},
-          {"observed_free", handle.observed_free},
-          {"normal_error", handle.normal_error},
-          {"affordances", handle.affordances}};
+  Json json = {{"center", handle.center},
+               {"axis", handle.axis},
+               {"approach", handle.approach},
+               {"radius", handle.radius},
+               {"length", handle.length},
+               {"confidence", handle.confidence},
+               {"arc", handle.arc},
+               {"residual", handle.residual},
+               {"observed_free", handle.observed_free},
+               {"normal_error", handle.normal_error},
+               {"affordances", handle.affordances}};
+  if (!handle.path.empty()) json["path"] = handle.path;
+  return json;
 }
 
 Json affordance_json(const Affordance& affordance) {

@@ -33,6 +33,7 @@ class Localizer {
   static const char* isa();
 
  private:
+  friend struct LocalizerInside;  // what tests and benchmarks see of a search
   struct Impl;
   std::unique_ptr<Impl> impl_;
 };

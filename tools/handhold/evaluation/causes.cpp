@@ -72,6 +72,10 @@ std::string why_false(std::size_t index, const std::vector<LabelledPart>& parts,
     return "on '" + parts[part].what + "', which handle " + std::to_string(score.parts[part].handle + 1) + " has found";
   }
   std::string text;
+  if (handle.object >= 0) {
+    const SceneObject& object = score.objects[static_cast<std::size_t>(handle.object)];
+    text = "on '" + object.name + "' (" + object.family + "); ";
+  }
   const Handle& found = result.handles[index];
   const LabelledPart* nearest = nullptr;
   Offset from_nearest;
@@ -83,9 +87,9 @@ std::string why_false(std::size_t index, const std::vector<LabelledPart>& parts,
   }
   constexpr double kNearby = 0.1;  // m; beyond that a part explains nothing
   if (nearest && from_nearest.distance < kNearby + nearest->radius) {
-    text = "nearest part '" + nearest->what + "': " + differences(from_nearest, *nearest);
+    text += "nearest part '" + nearest->what + "': " + differences(from_nearest, *nearest);
   } else {
-    text = nearest ? "no part near" : "the scene has no listed part";
+    text += nearest ? "no part near" : "the scene has no listed part";
   }
   if (handle.sound) text += *handle.sound ? "; a hand would hold something there" : "; unsound: " + handle.unsound;
   return text;

@@ -13,7 +13,8 @@ namespace handhold::evaluation {
 std::string why_missed(std::size_t index, const std::vector<LabelledPart>& parts, const Result& result,
                        const SceneScore& score);
 
-/// Why handle `index` is on no part, or on one that has a handle; and whether a hand would hold something there.
+/// Why handle `index` is on no part, or on one that has a handle; which object it lies on, and whether a hand would
+/// hold something there.
 std::string why_false(std::size_t index, const std::vector<LabelledPart>& parts, const Result& result,
                       const SceneScore& score);
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "projection.h"
 
@@ -57,10 +58,10 @@ SceneScore score_scene(const std::string& name, const std::vector<LabelledPart>&
   for (std::size_t i = 0; i < handles.size(); ++i) {
     const Handle& handle = handles[i];
     HandleCase result;
-    double nearest = HUGE_VAL;
+    std::pair<double, double> nearest(HUGE_VAL, HUGE_VAL);  // to the centre line, to its middle
     for (std::size_t k = 0; k < parts.size(); ++k) {
       const Offset from_part = offset(handle.center, handle.axis, handle.radius, parts[k]);
-      const double distance = norm(add(handle.center, parts[k].center, -1));
+      const std::pair distance(from_part.distance, norm(add(handle.center, parts[k].center, -1)));
       if (!matches(from_part, parts[k]) || distance >= nearest) continue;
       nearest = distance;
       result.part = static_cast<int>(k);

@@ -56,6 +56,7 @@ struct HandleCase {
   double length_error = 0;    ///< m; its length less the part's
   std::optional<bool> sound;  ///< whether a hand would hold something there; empty: not checked
   std::string unsound;        ///< why not, when it is not sound
+  int object = -1;            ///< index into SceneScore::objects of what it lies on; -1: not looked at
 };
 
 struct PartCase {
@@ -69,18 +70,26 @@ struct MatchOptions {
   double min_confidence = 0;     ///< handles below it are left out
 };
 
+/// A thing of a scene.
+struct SceneObject {
+  std::string name;
+  std::string family;
+};
+
 struct SceneScore {
   std::string name;
   std::vector<HandleCase> handles;    ///< one for each handle of the result
   std::vector<PartCase> parts;        ///< one for each part of the truth
   std::size_t affordances = 0;        ///< checked for soundness, ...
   std::size_t sound_affordances = 0;  ///< ... and found sound
+  std::vector<SceneObject> objects;   ///< of the scene; empty when they were not looked at
 };
 
 /// Whether a result has to have a handle there: sure enough, no wider than the hand opens, graspable and measured.
 bool needed(const LabelledPart& part, const MatchOptions& options);
 
-/// Decides every handle, in their order: each counts for the part with the nearest center among those it matches.
+/// Decides every handle, in their order: each counts for the part with the nearest centre line among those it
+/// matches (of equally near ones, with the nearest middle).
 SceneScore score_scene(const std::string& name, const std::vector<LabelledPart>& parts,
                        const std::vector<Handle>& handles, const MatchOptions& options = {});
 

@@ -55,6 +55,7 @@ Summary summarize(const std::vector<SceneScore>& scores, const std::vector<std::
   Summary summary;
   Tally all;
   std::map<std::string, Tally> by_what, by_support;
+  std::map<std::string, FamilyFalse> false_by_family;
   std::array<Tally, kRadiusClasses + 1> by_radius;
   for (std::size_t b = 0; b < summary.reliability.size(); ++b) {
     summary.reliability[b].from = 0.1 * static_cast<double>(b);
@@ -64,6 +65,7 @@ Summary summarize(const std::vector<SceneScore>& scores, const std::vector<std::
     const SceneScore& score = scores[s];
     ++summary.scenes;
     std::size_t counted = 0, wrong = 0, needed_parts = 0;
+    std::vector<char> quiet(score.objects.size(), 1);
     for (std::size_t i = 0; i < score.handles.size(); ++i) {
       const HandleCase& handle = score.handles[i];
       if (handle.verdict == Verdict::kLeftOut) continue;
@@ -81,6 +83,13 @@ Summary summarize(const std::vector<SceneScore>& scores, const std::vector<std::
       bin.right.count += right;
       ++bin.right.of;
       bin.mean_confidence += confidence;  // divided below
+      if (handle.verdict == Verdict::kFalse && handle.object >= 0) {
+        const auto object = static_cast<std::size_t>(handle.object);
+        Share& sound = false_by_family[score.objects[object].family].sound;
+        sound.count += handle.sound.value_or(false);
+        ++sound.of;
+        quiet[object] = 0;
+      }
       if (!handle.sound) continue;
       summary.sound_handles.count += *handle.sound;
       ++summary.sound_handles.of;
@@ -99,6 +108,11 @@ Summary summarize(const std::vector<SceneScore>& scores, const std::vector<std::
       by_radius[radius_class(part.radius)].part(found);
       if (part.raised) by_support[*part.raised ? "raised" : "lying"].part(found);
     }
+    for (std::size_t k = 0; k < quiet.size(); ++k) {
+      Share& objects = false_by_family[score.objects[k].family].quiet;
+      objects.count += static_cast<std::size_t>(quiet[k]);
+      ++objects.of;
+    }
     if (score.parts.empty()) {
       summary.quiet.count += counted == 0;
       ++summary.quiet.of;
@@ -115,6 +129,12 @@ Summary summarize(const std::vector<SceneScore>& scores, const std::vector<std::
   summary.duplicates.of = all.precision.of;
   summary.errors = all.errors();
   for (const auto& [name, tally] : by_what) summary.by_what.push_back(tally.group(name));
+  for (auto& [name, family] : false_by_family) {
+    family.family = name;
+    summary.false_by_family.push_back(family);
+  }
+  std::stable_sort(summary.false_by_family.begin(), summary.false_by_family.end(),
+                   [](const FamilyFalse& a, const FamilyFalse& b) { return a.sound.of > b.sound.of; });
   for (std::size_t k = 0; k < by_radius.size(); ++k) {
     if (k == kRadiusClasses && by_radius[k].recall.of + by_radius[k].precision.of == 0) continue;
     summary.by_radius.push_back(by_radius[k].group(radius_name(k)));

@@ -32,6 +32,13 @@ struct Group {
   Share precision;  ///< of the handles with a radius in this class; only in Summary::by_radius
 };
 
+/// False handles on the objects of a family.
+struct FamilyFalse {
+  std::string family;
+  Share quiet;  ///< of its objects: without a false handle
+  Share sound;  ///< of its false handles: would hold something
+};
+
 struct ConfidenceBin {
   double from = 0, to = 0;     ///< confidence, from <= c < to (the last one: <= to)
   Share right;                 ///< of its handles
@@ -52,8 +59,9 @@ struct Summary {
   std::array<ConfidenceBin, 10> reliability;
   /// Mean over all handles of |confidence - share right| of their bins; 0 when confidence is calibrated.
   double calibration_error = 0;
-  Share sound_handles, sound_affordances;  ///< of those checked
-  Share sound_false_handles;               ///< false handles that would hold something: parts that nobody listed
+  Share sound_handles, sound_affordances;    ///< of those checked
+  Share sound_false_handles;                 ///< false handles that would hold something all the same
+  std::vector<FamilyFalse> false_by_family;  ///< of all families in the scenes, most false handles first
 };
 
 /// parts[i] is the truth of scores[i], handles[i] what was found there.

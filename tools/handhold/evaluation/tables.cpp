@@ -42,6 +42,22 @@ std::string groups(const std::string& title, const std::vector<Group>& groups, b
   return text;
 }
 
+std::string false_families(const std::vector<FamilyFalse>& families) {
+  if (families.empty()) return {};
+  int columns = 16;  // of the title
+  for (const FamilyFalse& f : families) columns = std::max(columns, static_cast<int>(f.family.size()));
+  std::string text = format("\n%-*s  count  sound  objects without/all\n", columns, "false handles on"), none;
+  for (const FamilyFalse& f : families) {
+    if (f.sound.of == 0) {
+      none += (none.empty() ? "none on " : ", ") + f.family + format(" (%zu)", f.quiet.of);
+    } else {
+      text += format("%-*s  %5zu  %5zu  %15zu/%zu\n", columns, f.family.c_str(), f.sound.of, f.sound.count,
+                     f.quiet.count, f.quiet.of);
+    }
+  }
+  return text + (none.empty() ? "" : none + "\n");
+}
+
 const char* name(Verdict verdict) {
   switch (verdict) {
     case Verdict::kRight:
@@ -87,6 +103,10 @@ std::string error_cells(const HandleCase& h) {
   return format("%.6f,%.6f,%.6f,%.6f", h.offset.across, h.offset.angle, h.offset.radius, h.length_error);
 }
 
+std::string object_cells(const SceneObject& object) {
+  return quoted(object.name) + "," + quoted(object.family);
+}
+
 }  // namespace
 
 std::string summary_text(const Summary& s) {
@@ -98,21 +118,24 @@ std::string summary_text(const Summary& s) {
   text += line("precision", s.precision, "handles are the first on a listed part");
   text += line("duplicates", s.duplicates, "handles are on a part already found");
   if (s.quiet.of) text += line("quiet", s.quiet, "scenes without listed parts have no handle");
-  if (s.unneeding_quiet.of) {
+  if (s.unneeding_quiet.of != s.quiet.of) {
     text += line("quiet too", s.unneeding_quiet, "scenes without needed parts have no false handle");
   }
   if (s.sound_handles.of) {
     text += line("soundness", s.sound_handles, "handles would hold something");
   }
   if (s.sound_affordances.of) text += line("", s.sound_affordances, "affordances would");
-  if (s.sound_false_handles.of)
-    text += line("", s.sound_false_handles, "false handles would: parts that nobody listed");
+  if (s.sound_false_handles.of) {
+    const std::size_t unsound = s.sound_false_handles.of - s.sound_false_handles.count;
+    text += line("false", s.sound_false_handles, format("false handles are sound, %zu unsound", unsound).c_str());
+  }
   text += "median errors of found parts: centre" + cell(s.errors.center, 1000) + " mm, axis" +
           cell(s.errors.axis, kDegree) + " deg, radius" + cell(s.errors.radius, 1000) + " mm, length" +
           cell(s.errors.length, 1000) + " mm\n";
   text += groups("part", s.by_what, false);
   text += groups("radius", s.by_radius, true);
   text += groups("support", s.by_support, false);
+  text += false_families(s.false_by_family);
   text += "\nconfidence   handles  right  share  mean confidence\n";
   for (const ConfidenceBin& bin : s.reliability) {
     text += format("%.1f to %.1f  %9zu %6zu  %5s  ", bin.from, bin.to, bin.right.of, bin.right.count,
@@ -145,12 +168,13 @@ std::string cases_text(const std::vector<Scene>& scenes) {
 std::string csv(const std::vector<Scene>& scenes) {
   std::string text =
       "record,scene,index,what,verdict,confidence,radius_m,length_m,centre_error_m,axis_error_rad,radius_error_m,"
-      "length_error_m,sound,cause,needed,found,handles,right,duplicates,false,affordances,sound_affordances\n";
+      "length_error_m,sound,object,family,cause,needed,found,handles,right,duplicates,false,affordances,sound_"
+      "affordances\n";
   const std::string no_counts = ",,,,,,,,";
   for (const Scene& scene : scenes) {
     const SceneScore& score = scene.score;
     const Counts c = count(score);
-    text += "scene," + quoted(scene.name) + ",,,,,,,,,,,,," +
+    text += "scene," + quoted(scene.name) + ",,,,,,,,,,,,,,," +
             format("%zu,%zu,%zu,%zu,%zu,%zu,%zu,%zu\n", c.needed, c.found, c.handles, c.right, c.duplicates, c.wrong,
                    score.affordances, score.sound_affordances);
     for (std::size_t i = 0; i < score.handles.size(); ++i) {
@@ -161,6 +185,7 @@ std::string csv(const std::vector<Scene>& scenes) {
               (h.part < 0 ? "" : quoted(scene.parts[static_cast<std::size_t>(h.part)].what)) + "," + name(h.verdict) +
               format(",%.6f,%.6f,%.6f,", handle.confidence, handle.radius, handle.length) +
               (h.part < 0 ? ",,," : error_cells(h)) + "," + (h.sound ? (*h.sound ? "1" : "0") : "") + "," +
+              (h.object < 0 ? "," : object_cells(score.objects[static_cast<std::size_t>(h.object)])) + "," +
               (explained ? quoted(why_false(i, scene.parts, scene.result, score)) : "") + no_counts + "\n";
     }
     for (std::size_t k = 0; k < score.parts.size(); ++k) {
@@ -169,7 +194,8 @@ std::string csv(const std::vector<Scene>& scenes) {
       text += "part," + quoted(scene.name) + format(",%zu,", k + 1) + quoted(scene.parts[k].what) + "," +
               (part.handle < 0 ? "missed" : "found") +
               format(",%.6f,%.6f,%.6f,", scene.parts[k].confidence, scene.parts[k].radius, scene.parts[k].length) +
-              (part.handle < 0 ? ",,," : error_cells(score.handles[static_cast<std::size_t>(part.handle)])) + ",," +
+              (part.handle < 0 ? ",,," : error_cells(score.handles[static_cast<std::size_t>(part.handle)])) + ",,," +
+              quoted(scene.parts[k].family) + "," +
               (part.handle < 0 ? quoted(why_missed(k, scene.parts, scene.result, score)) : "") + no_counts + "\n";
     }
   }
