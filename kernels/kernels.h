@@ -142,6 +142,18 @@ struct CylinderEquations {
   float square;  ///< sum of squared distances from the surface
 };
 
+// ---- Fingers ------------------------------------------------------------------------------------------------------
+
+/// A box of places beside a part, in the homogeneous coordinates of a depth image: column * depth, row * depth, depth
+/// (px m, px m, m). Column c, row r and layer l stand at corner + c * out + r * up + l * along.
+struct FreeQuery {
+  const float* depth;          ///< [height][width] m; infinity: nothing there; 0: unknown
+  std::int32_t width, height;  ///< px; at most 2^31 pixels, at least one
+  float corner[3], out[3], up[3], along[3];
+  std::int32_t columns, rows, layers;
+  float tolerance;  ///< m; what was seen counts as behind a place beyond this
+};
+
 // ---- Alignment ----------------------------------------------------------------------------------------------------
 
 /// Affordances as structure of arrays, `padded` entries each (a multiple of 16; padding has x = NaN).
@@ -193,6 +205,10 @@ struct Kernels {
   /// are read and ignored).
   void (*cylinder)(const float* x, const float* y, const float* z, std::int32_t n, const CylinderQuery& query,
                    CylinderEquations& equations);
+
+  /// How many of each column's places (rows * layers) were seen to be empty: in the image, at least 20 mm before the
+  /// camera, with a measured depth behind them. free: `columns` numbers, padded to a multiple of 16.
+  void (*free_places)(const FreeQuery& query, float* free);
 
   /// Row i of the alignment relation (paper, section 3.3): bit j of `row` ((padded + 31) / 32 words) is set when i and
   /// j are aligned both ways. Bit i itself is set.

@@ -4,7 +4,8 @@
 //   + - * / unary-   fma(a,b,c) = a*b + c   fnma(a,b,c) = c - a*b   sqrt abs min max
 //   < <= > >=        & | on masks           invert(m) any(m) bits(m) select(m, a, b) = m ? a : b
 //   load store (aligned) loadu storeu       reduce_add reduce_min reduce_max (a fixed tree)
-//   compress_store(p, m, v): writes the lanes of v where m is set, one after the other; returns their number
+//   gather(image, column, row, width): pixels of a row-major image; coordinates are not negative and cut off, not
+//   rounded compress_store(p, m, v): writes the lanes of v where m is set, one after the other; returns their number
 // A pack wider than the machine's registers is two packs of half the width, so a kernel's logical width, its partial
 // sums and therefore its bits do not depend on the instruction set. min and max return the second operand when the
 // comparison fails, also for NaN. A comparison with NaN is false.
@@ -133,6 +134,9 @@ struct Vec {
     const int n = compress_store(p, m.lo, a.lo);
     return n + compress_store(p + n, m.hi, a.hi);
   }
+  friend LANE_FN Vec gather(const T* p, Vec column, Vec row, std::int32_t width) {
+    return {gather(p, column.lo, row.lo, width), gather(p, column.hi, row.hi, width)};
+  }
 };
 
 }  // namespace handhold::HANDHOLD_LANE
@@ -155,6 +159,17 @@ using D8 = Vec<double, 8>;
 using D16 = Vec<double, 16>;
 using M16 = Mask<float, 16>;
 
+alignas(64) constexpr float kLaneNumbers[16] = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};
+
+#if defined(HANDHOLD_ISA_AVX512)
+inline constexpr int kSumLanes = 16;  ///< lanes of one accumulator: what a register holds
+#elif defined(HANDHOLD_ISA_AVX2)
+inline constexpr int kSumLanes = 8;
+#else
+inline constexpr int kSumLanes = 4;
+#endif
+using Sum = Vec<float, kSumLanes>;
+
 #if !defined(HANDHOLD_ISA_AVX512)
 /// a + b where m is set, elsewhere a (which must not be -0).
 template <class T, int W>
@@ -173,14 +188,16 @@ LANE_FN int count(M16 m) {
   return __builtin_popcount(bits(m));
 }
 
-#if !defined(HANDHOLD_ISA_AVX512)
+#if !defined(HANDHOLD_ISA_AVX512) && !defined(HANDHOLD_ISA_AVX2)
 /// The sums of sixteen rows, each over its sixteen lanes in the tree of reduce_add. rows: 64-byte aligned.
 LANE_FN F16 reduce_rows(const float (*rows)[16]) {
   alignas(64) float sums[16];
   for (int i = 0; i < 16; ++i) sums[i] = reduce_add(F16::load(rows[i]));
   return F16::load(sums);
 }
+#endif
 
+#if !defined(HANDHOLD_ISA_AVX512)
 /// Appends base + t for every set bit t of a 16-bit mask; may write 16 entries. Returns the number of bits.
 LANE_FN int append_bits(std::uint32_t* list, std::uint32_t mask, std::uint32_t base) {
   int n = 0;

@@ -65,6 +65,11 @@ struct Vec<float, 8> {
     const __m128 d = _mm_max_ps(c, _mm_movehl_ps(c, c));
     return _mm_cvtss_f32(_mm_max_ss(d, _mm_shuffle_ps(d, d, 1)));
   }
+  friend LANE_FN Vec gather(const float* p, Vec column, Vec row, std::int32_t width) {
+    const __m256i index = _mm256_add_epi32(_mm256_mullo_epi32(_mm256_cvttps_epi32(row.v), _mm256_set1_epi32(width)),
+                                           _mm256_cvttps_epi32(column.v));
+    return _mm256_i32gather_ps(p, index, 4);
+  }
   friend LANE_FN int compress_store(float* p, M m, Vec a) {
     // The index of the n-th set bit, as eight bytes, comes from two bit instructions instead of a table.
     const std::uint32_t b = bits(m);
@@ -104,5 +109,22 @@ struct Vec<double, 4> {
   friend LANE_FN M operator>=(Vec a, Vec b) { return {_mm256_cmp_pd(a.v, b.v, _CMP_GE_OQ)}; }
   friend LANE_FN Vec select(M m, Vec a, Vec b) { return _mm256_blendv_pd(b.v, a.v, m.m); }
 };
+
+/// The sums of sixteen rows, each over its sixteen lanes in the tree of reduce_add. rows: 64-byte aligned.
+LANE_FN Vec<float, 16> reduce_rows(const float (*rows)[16]) {
+  __m128 sums[4];
+#pragma GCC unroll 4
+  for (int i = 0; i < 4; ++i) {
+    __m128 four[4];
+#pragma GCC unroll 4
+    for (int k = 0; k < 4; ++k) {
+      const __m256 a = _mm256_add_ps(_mm256_load_ps(rows[4 * i + k]), _mm256_load_ps(rows[4 * i + k] + 8));
+      four[k] = _mm_add_ps(_mm256_castps256_ps128(a), _mm256_extractf128_ps(a, 1));
+    }
+    _MM_TRANSPOSE4_PS(four[0], four[1], four[2], four[3]);
+    sums[i] = _mm_add_ps(_mm_add_ps(four[0], four[2]), _mm_add_ps(four[1], four[3]));
+  }
+  return {Vec<float, 8>(_mm256_set_m128(sums[1], sums[0])), Vec<float, 8>(_mm256_set_m128(sums[3], sums[2]))};
+}
 
 }  // namespace handhold::HANDHOLD_LANE

@@ -59,6 +59,11 @@ struct Vec<float, 16> {
   }
   friend LANE_FN float reduce_min(Vec a) { return _mm512_reduce_min_ps(a.v); }
   friend LANE_FN float reduce_max(Vec a) { return _mm512_reduce_max_ps(a.v); }
+  friend LANE_FN Vec gather(const float* p, Vec column, Vec row, std::int32_t width) {
+    const __m512i index = _mm512_add_epi32(_mm512_mullo_epi32(_mm512_cvttps_epi32(row.v), _mm512_set1_epi32(width)),
+                                           _mm512_cvttps_epi32(column.v));
+    return _mm512_i32gather_ps(index, p, 4);
+  }
   friend LANE_FN int compress_store(float* p, M m, Vec a) {
     // A full-width store of the compressed register is far cheaper than a masked one.
     _mm512_storeu_ps(p, _mm512_maskz_compress_ps(m.m, a.v));

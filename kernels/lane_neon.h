@@ -62,6 +62,11 @@ struct Vec<float, 4> {
   }
   friend LANE_FN float reduce_min(Vec a) { return vminvq_f32(a.v); }
   friend LANE_FN float reduce_max(Vec a) { return vmaxvq_f32(a.v); }
+  friend LANE_FN Vec gather(const float* p, Vec column, Vec row, std::int32_t width) {
+    const int32x4_t i = vmlaq_n_s32(vcvtq_s32_f32(column.v), vcvtq_s32_f32(row.v), width);
+    return float32x4_t{p[vgetq_lane_s32(i, 0)], p[vgetq_lane_s32(i, 1)], p[vgetq_lane_s32(i, 2)],
+                       p[vgetq_lane_s32(i, 3)]};
+  }
   friend LANE_FN int compress_store(float* p, M m, Vec a) {
     const std::uint32_t b = bits(m);
     int n = 0;

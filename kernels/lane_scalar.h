@@ -68,6 +68,12 @@ struct Vec<float, 4> {
     const float x = a.v[0] > a.v[1] ? a.v[0] : a.v[1], y = a.v[2] > a.v[3] ? a.v[2] : a.v[3];
     return x > y ? x : y;
   }
+  friend LANE_FN Vec gather(const float* p, Vec column, Vec row, std::int32_t width) {
+    const auto pixel = [&](int i) __attribute__((always_inline)) {
+      return p[static_cast<std::int32_t>(row.v[i]) * width + static_cast<std::int32_t>(column.v[i])];
+    };
+    return Float4{pixel(0), pixel(1), pixel(2), pixel(3)};
+  }
   friend LANE_FN int compress_store(float* p, M m, Vec a) {
     int n = 0;
     p[n] = a.v[0], n += m.m[0] & 1;

@@ -26,15 +26,6 @@ inline constexpr int kChunk =
 inline constexpr int kSubBatch = 16;       ///< neighbourhoods per round of the three phases
 inline constexpr int kBufferVectors = 64;  ///< compacted boundary points held at once
 
-#if defined(HANDHOLD_ISA_AVX512)
-inline constexpr int kSumLanes = 16;  ///< lanes of one accumulator: what a register holds
-#elif defined(HANDHOLD_ISA_AVX2)
-inline constexpr int kSumLanes = 8;
-#else
-inline constexpr int kSumLanes = 4;
-#endif
-using Sum = Vec<float, kSumLanes>;
-
 /// What the kernel keeps between its phases; followed in memory by sixteen lists of blocks and two of tiles.
 struct alignas(64) MomentScratch {
   float sums[16][kSubBatch];   ///< tile sums: n, x y z, xx xy xz yy yz zz about the sample, one neighbourhood a lane

@@ -1,7 +1,5 @@
 #include "cylinder.h"
 
-#include <Eigen/Cholesky>
-#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 
@@ -9,9 +7,6 @@
 
 namespace handhold {
 namespace {
-
-using Vector5 = Eigen::Matrix<double, 5, 1>;
-using Matrix5 = Eigen::Matrix<double, 5, 5>;
 
 /// Tilts are measured as the displacement at this distance along the axis (m), so that all unknowns are lengths.
 constexpr double kArm = 0.02;
@@ -26,6 +21,43 @@ struct Evaluated {
   kernels::CylinderEquations sums;
   Vector3 t1, t2;
 };
+
+/// Solves (A + damping * diag(A) + kRidge * I) x = b by Cholesky's factors L D L^T; A: lower triangle by rows. False
+/// when rounding made the matrix indefinite.
+bool solve(const float* A, double damping, const double* b, double* x) {
+  double L[5][5], D[5];
+  for (int i = 0, k = 0; i < 5; ++i) {
+    for (int j = 0; j < i; ++j, ++k) {
+      double v = static_cast<double>(A[k]);
+      for (int m = 0; m < j; ++m) v -= L[i][m] * D[m] * L[j][m];
+      L[i][j] = v / D[j];
+    }
+    D[i] = static_cast<double>(A[k++]) * (1 + damping) + kRidge;
+    for (int m = 0; m < i; ++m) D[i] -= L[i][m] * L[i][m] * D[m];
+    if (!(D[i] > 0)) return false;
+  }
+  for (int i = 0; i < 5; ++i) {
+    x[i] = b[i];
+    for (int m = 0; m < i; ++m) x[i] -= L[i][m] * x[m];
+  }
+  for (int i = 4; i >= 0; --i) {
+    x[i] /= D[i];
+    for (int m = i + 1; m < 5; ++m) x[i] -= L[m][i] * x[m];
+  }
+  return true;
+}
+
+/// Sum of n numbers in eight parts, which the machine can add up side by side.
+double sum(const float* p, std::size_t n) {
+  float parts[8] = {};
+  std::size_t i = 0;
+  for (; i + 8 <= n; i += 8)
+    for (std::size_t k = 0; k < 8; ++k) parts[k] += p[i + k];
+  double all = 0;
+  for (; i < n; ++i) all += static_cast<double>(p[i]);
+  for (const float part : parts) all += static_cast<double>(part);
+  return all;
+}
 
 Evaluated evaluate(const PointArrays& points, const Cylinder& c, double sigma) {
   Evaluated e;
@@ -44,32 +76,22 @@ Evaluated evaluate(const PointArrays& points, const Cylinder& c, double sigma) {
 
 double refine_cylinder(const PointArrays& points, double sigma, int steps, Cylinder& c) {
   if (points.n == 0) return 0;
-  double mean[3] = {};
-  for (std::size_t i = 0; i < points.n; ++i) {
-    mean[0] += static_cast<double>(points.x[i]);
-    mean[1] += static_cast<double>(points.y[i]);
-    mean[2] += static_cast<double>(points.z[i]);
-  }
   const double inverse = 1 / static_cast<double>(points.n);
-  const Vector3 middle = {mean[0] * inverse, mean[1] * inverse, mean[2] * inverse};
+  const Vector3 middle = inverse * Vector3{sum(points.x, points.n), sum(points.y, points.n), sum(points.z, points.n)};
   c.point = c.point + dot(middle - c.point, c.axis) * c.axis;
 
   double damping = 1e-3;
   Evaluated here = evaluate(points, c, sigma);
   for (int step = 0; step < steps;) {
-    Matrix5 A;
-    Vector5 b;
-    for (Eigen::Index i = 0, k = 0; i < 5; ++i) {
-      b[i] = sigma * static_cast<double>(here.sums.b[i]);
-      for (Eigen::Index j = 0; j <= i; ++j, ++k) A(i, j) = A(j, i) = static_cast<double>(here.sums.A[k]);
-    }
+    double b[5], x[5];
+    for (int i = 0; i < 5; ++i) b[i] = sigma * static_cast<double>(here.sums.b[i]);
     bool better = false;
     double gain = 0;
     for (int attempt = 0; attempt < 3 && !better && step < steps; ++attempt, ++step) {
-      Matrix5 damped = A;
-      damped.diagonal() *= 1 + damping;
-      damped.diagonal().array() += kRidge;
-      const Vector5 x = damped.ldlt().solve(b);
+      if (!solve(here.sums.A, damping, b, x)) {
+        damping *= 10;
+        continue;
+      }
       Cylinder next;
       next.point = c.point + x[0] * here.t1 + x[1] * here.t2;
       next.axis = normalized(c.axis + (x[2] / kArm) * here.t1 + (x[3] / kArm) * here.t2);

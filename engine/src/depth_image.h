@@ -56,6 +56,10 @@ class DepthImage {
   Seen look(const Vector3& p, double tolerance) const { return look(project(p), tolerance); }
 
   const Vector3& viewpoint() const { return viewpoint_; }
+  /// Row-major pixels (m); 0: unknown, infinity: nothing within the sensor's range.
+  const float* pixels() const { return depth_.data(); }
+  int width() const { return width_; }
+  int height() const { return height_; }
   /// Focal length (px): an object at depth z spans focal() * size / z pixels.
   double focal() const { return focal_; }
 

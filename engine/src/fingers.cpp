@@ -4,6 +4,8 @@
 #include <array>
 #include <cmath>
 
+#include "kernels.h"
+
 namespace handhold {
 namespace {
 
@@ -11,6 +13,7 @@ namespace {
 constexpr double kStep = 0.0015;
 constexpr int kDepths = 6, kWidths = 3;
 constexpr int kMostColumns = 96;
+static_assert(kMostColumns % 16 == 0);
 /// Depths that differ by less count as the same surface (m).
 constexpr double kTolerance = 0.003;
 /// Play of a hand about the part, for the noise of the part's own points (m).
@@ -38,34 +41,38 @@ Grip FingerTest::at(const Vector3& center, const Vector3& axis, double radius, d
   const int columns = std::min(kMostColumns, static_cast<int>(farthest / kStep) + finger + 1 - first);
   if (columns < finger) return grip;
 
-  const DepthImage::Projected at_center = image_->project(center), along = image_->project_direction(axis),
-                              up = image_->project_direction(grip.from);
+  const double lowest = 0.5 * (top + tip) / kDepths - tip;
+  const DepthImage::Projected up = image_->project_direction(((top + tip) / kDepths) * grip.from);
+  const DepthImage::Projected along = image_->project_direction(0.35 * width * axis);
+  kernels::FreeQuery query;
+  query.depth = image_->pixels(), query.width = image_->width(), query.height = image_->height();
+  query.columns = columns, query.rows = kDepths, query.layers = kWidths;
+  query.tolerance = static_cast<float>(kTolerance);
+  const auto to_float = [](const DepthImage::Projected& p, float* to) {
+    to[0] = static_cast<float>(p.a), to[1] = static_cast<float>(p.b), to[2] = static_cast<float>(p.depth);
+  };
+  to_float(up, query.up), to_float(along, query.along);
   double found[2] = {0, 0}, distance[2] = {0, 0};
   bool open[2] = {false, false};
   for (int k = 0; k < 2; ++k) {
-    const DepthImage::Projected out = image_->project_direction(k == 0 ? left : -1.0 * left);
-    std::array<double, kMostColumns> free;
-    double sum = 0;
-    for (int c = 0; c < columns && !open[k]; ++c) {
-      int seen_free = 0;
-      const DepthImage::Projected column = at_center + (first + c + 0.5) * kStep * out;
-      for (int d = 0; d < kDepths; ++d) {
-        const DepthImage::Projected row = column + (-tip + (top + tip) * (d + 0.5) / kDepths) * up;
-        for (int w = 0; w < kWidths; ++w) {
-          const DepthImage::Projected place = row + (w - 1) * 0.35 * width * along;
-          seen_free += image_->look(place, kTolerance) == DepthImage::Seen::kFree;
-        }
-      }
-      free[static_cast<std::size_t>(c)] = static_cast<double>(seen_free) / (kDepths * kWidths);
-      sum += free[static_cast<std::size_t>(c)];
-      if (c >= finger) sum -= free[static_cast<std::size_t>(c - finger)];
+    const Vector3 out = k == 0 ? left : -1.0 * left;
+    to_float(image_->project(center + ((first + 0.5) * kStep) * out + lowest * grip.from - (0.35 * width) * axis),
+             query.corner);
+    to_float(image_->project_direction(kStep * out), query.out);
+    std::array<float, kMostColumns> free;
+    kernels::kernels().free_places(query, free.data());
+    int sum = 0;
+    for (int c = 0; c < columns; ++c) {
+      sum += static_cast<int>(free[static_cast<std::size_t>(c)]);
+      if (c >= finger) sum -= static_cast<int>(free[static_cast<std::size_t>(c - finger)]);
       if (c + 1 < finger) continue;
-      const double share = sum / finger;
+      const double share = static_cast<double>(sum) / (kDepths * kWidths * finger);
       found[k] = std::max(found[k], share);
       if (share >= options_->min_free) {
         open[k] = true;
         found[k] = share;
         distance[k] = (first + c + 1 - finger) * kStep;
+        break;
       }
     }
     if (!open[k] && found[k] < 0.01) break;

@@ -6,6 +6,7 @@
 #include "reference/align.h"
 #include "reference/circle.h"
 #include "reference/curvature.h"
+#include "reference/fingers.h"
 #include "reference/moments.h"
 #include "reference/neighbours.h"
 #include "reference/normals.h"
