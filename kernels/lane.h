@@ -4,8 +4,8 @@
 //   + - * / unary-   fma(a,b,c) = a*b + c   fnma(a,b,c) = c - a*b   sqrt abs min max
 //   < <= > >=        & | on masks           invert(m) any(m) bits(m) select(m, a, b) = m ? a : b
 //   load store (aligned) loadu storeu       reduce_add reduce_min reduce_max (a fixed tree)
-//   gather(image, column, row, width): pixels of a row-major image; coordinates are not negative and cut off, not
-//   rounded compress_store(p, m, v): writes the lanes of v where m is set, one after the other; returns their number
+//   gather(image, column, row, width): pixels of a row-major image; coordinates are not negative, and cut off
+//   compress_store(p, m, v): writes the lanes of v where m is set, one after the other; returns their number
 // A pack wider than the machine's registers is two packs of half the width, so a kernel's logical width, its partial
 // sums and therefore its bits do not depend on the instruction set. min and max return the second operand when the
 // comparison fails, also for NaN. A comparison with NaN is false.

@@ -8,16 +8,18 @@
 //
 // Which parts an object has follows from its geometry alone. A part is a stretch of at least 20 mm along a centre line
 // whose section
-//   - is round or roundish: a circle, an ellipse, or a rectangle whose corners are rounded by at least 0.6 of its smaller
+//   - is round or roundish: a circle, an ellipse, or a rectangle whose corners are rounded by at least 0.6 of its
+//   smaller
 //     half side (a strap), at most six times as wide as it is thick;
-//   - is convex, and bounds the solid all around but for what is attached at less than half of it (a mug's handle on its
+//   - is convex, and bounds the solid all around but for what is attached at less than half of it (a mug's handle on
+//   its
 //     body); hollow things count by their outside;
 //   - is at most 41 mm in radius: half of its larger side;
 //   - stays along the stretch within 40 % of its mean radius, with ends that differ by at most 0.75 of the length: so
 //     much may a bottle's shoulder taper.
-// Every such stretch is listed. What one would hold the object by, and what is plainly handle-like, has a confidence of 1
-// and is asked for. Incidental ones (a hammer's face and claw, a chuck, a spout, necks and shafts between two parts) have
-// less than 0.5: right when they are found, but not asked for. So have the ends of curved handles, from 10 mm on.
+// Every such stretch is listed. What one would hold the object by, and what is plainly handle-like, has a confidence of
+// 1 and is asked for. Incidental ones (a hammer's face and claw, a chuck, a spout, necks and shafts between two parts)
+// have less than 0.5: right when they are found, but not asked for. So have the ends of curved handles, from 10 mm on.
 #pragma once
 
 #include <map>
