@@ -14,7 +14,7 @@ Evidence shaft() {
   Evidence e;
   e.length = 0.15, e.radius = 0.016, e.sigma = 0.0011, e.arc = 2.4, e.residual = 0.0010, e.free = 0.95;
   e.normal_error = 0.12, e.members = 60, e.corner_gain = 0.1, e.bend = 0.0006, e.waviness = 0.0004;
-  e.radius_spread = 0.08, e.axis_spread = 0.08, e.quality = 0.7;
+  e.radius_spread = 0.08, e.axis_spread = 0.08;
   return e;
 }
 

@@ -23,7 +23,6 @@ struct Evidence {
   double waviness = 0;       ///< m; root mean square deviation of the slices' radii from a line
   double radius_spread = 0;  ///< of the members over the radius
   double axis_spread = 0;    ///< mean sine of the members' axes to this one
-  double quality = 0;        ///< mean of the members
 };
 
 constexpr std::size_t kFeatures = 26;

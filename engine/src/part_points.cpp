@@ -1,0 +1,168 @@
+#include "part_points.h"
+
+#include <Eigen/Core>
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+
+#include "kernels.h"
+
+namespace handhold {
+namespace {
+
+constexpr std::size_t kMostPoints = 1600;
+constexpr std::size_t kMostFitted = 300;
+constexpr double kCosNormal = 0.6427876096865394;  ///< points whose normal is farther from radial are another surface's
+constexpr double kNormalBall = 0.008;              ///< m
+
+}  // namespace
+
+CylinderFrame PartPoints::frame(const Cylinder& c) const {
+  const Vector3 to_sensor = image_->viewpoint() - c.point;
+  CylinderFrame f;
+  f.ahead = normalized(to_sensor - dot(to_sensor, c.axis) * c.axis, any_perpendicular(c.axis));
+  f.side = cross(c.axis, f.ahead);
+  return f;
+}
+
+void PartPoints::gather(const Cylinder& c, double low, double high, double sigma) {
+  sigma_ = sigma;
+  float box[6];
+  const Vector3 a = c.point + low * c.axis, b = c.point + high * c.axis;
+  for (std::size_t k = 0; k < 3; ++k) {
+    box[k] = static_cast<float>(std::min(a[k], b[k])), box[3 + k] = static_cast<float>(std::max(a[k], b[k]));
+  }
+  const double most = 1.05 * c.radius + cylinder_band(c.radius, sigma_) + 0.006;
+  const auto reach = static_cast<float>(most);
+  near_.fill(*tiles_, *index_, box, box + 3, reach);
+  around_.fill(*tiles_, *index_, box, box + 3, reach + static_cast<float>(kNormalBall));
+  const kernels::Tiles tiles = tiles_->view();
+  const kernels::Candidates near = near_.view();
+  const Vector3 ahead = frame(c).ahead;
+  ids_.clear();
+  for (std::int32_t i = 0; i < near.padded; ++i) {
+    if (near.boxes[0][i] >= kernels::kFar) continue;
+    for (std::uint32_t t = 0; t < kernels::kBlockTiles; ++t) {
+      const std::uint32_t tile = near.block[i] * kernels::kBlockTiles + t;
+      const float* p = tiles.points + static_cast<std::size_t>(tile) * 48;
+      for (std::uint32_t k = 0; k < kernels::kTilePoints; ++k) {
+        if (!(p[k] < kernels::kFar)) continue;
+        const Vector3 d =
+            Vector3{static_cast<double>(p[k]), static_cast<double>(p[16 + k]), static_cast<double>(p[32 + k])} -
+            c.point;
+        const double height = dot(d, c.axis);
+        if (height < low || height > high) continue;
+        const Vector3 across = d - height * c.axis;
+        const double distance2 = dot(across, across);
+        if (distance2 > most * most || dot(across, ahead) < -0.3 * std::sqrt(distance2)) continue;
+        ids_.push_back(16 * tile + k);
+      }
+    }
+  }
+  x_.clear(), y_.clear(), z_.clear(), id_.clear();
+  normals_.clear();
+  const std::size_t stride = std::max<std::size_t>(1, (ids_.size() + kMostPoints - 1) / kMostPoints);
+  for (std::size_t i = 0; i < ids_.size(); i += stride) {
+    const float* at = tiles.points + static_cast<std::size_t>(ids_[i] / 16) * 48 + ids_[i] % 16;
+    x_.push_back(at[0]), y_.push_back(at[16]), z_.push_back(at[32]);
+    id_.push_back(ids_[i]);
+  }
+}
+
+/// Normal by the plane of least squares through the points around; zero when there are too few. Neighbouring pixels
+/// share one.
+const Vector3& PartPoints::normal_of(std::uint32_t id, const float* p) {
+  const std::uint32_t k = id % 16, quarter = (k >> 3) * 2 + ((k >> 1) & 1);
+  const auto [at, is_new] = normals_.try_emplace(id / 16 * 4 + quarter);
+  Vector3& n = at->second;
+  if (!is_new) return n;
+  const auto capacity = static_cast<std::size_t>(around_.view().padded) * 256 + 16;
+  ball_x_.require(capacity), ball_y_.require(capacity), ball_z_.require(capacity);
+  const int count = kernels::kernels().collect(tiles_->view(), around_.view(), p, static_cast<float>(kNormalBall),
+                                               nullptr, ball_x_.data(), ball_y_.data(), ball_z_.data());
+  if (count < 8) return n;
+  float sum[9] = {};
+  for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i) {
+    const float x = ball_x_[i], y = ball_y_[i], z = ball_z_[i];
+    sum[0] += x, sum[1] += y, sum[2] += z;
+    sum[3] += x * x, sum[4] += x * y, sum[5] += x * z, sum[6] += y * y, sum[7] += y * z, sum[8] += z * z;
+  }
+  const float inverse = 1.0f / static_cast<float>(count);
+  const float mx = sum[0] * inverse, my = sum[1] * inverse, mz = sum[2] * inverse;
+  Eigen::Matrix3d C;
+  C(0, 0) = static_cast<double>(sum[3] * inverse - mx * mx);
+  C(1, 0) = C(0, 1) = static_cast<double>(sum[4] * inverse - mx * my);
+  C(2, 0) = C(0, 2) = static_cast<double>(sum[5] * inverse - mx * mz);
+  C(1, 1) = static_cast<double>(sum[6] * inverse - my * my);
+  C(2, 1) = C(1, 2) = static_cast<double>(sum[7] * inverse - my * mz);
+  C(2, 2) = static_cast<double>(sum[8] * inverse - mz * mz);
+  Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver;
+  solver.computeDirect(C * 1e4);
+  const Eigen::Vector3d v = solver.eigenvectors().col(0);
+  const Vector3 to_sensor =
+      image_->viewpoint() - Vector3{static_cast<double>(p[0]), static_cast<double>(p[1]), static_cast<double>(p[2])};
+  n = Vector3{v[0], v[1], v[2]};
+  if (dot(n, to_sensor) < 0) n = -1.0 * n;
+  return n;
+}
+
+/// Where the points are, relative to a cylinder.
+void PartPoints::locate(const Cylinder& c) {
+  const CylinderFrame f = frame(c);
+  const std::size_t n = size();
+  height_.resize(n), distance_.resize(n), side_.resize(n), ahead_.resize(n);
+  for (std::size_t i = 0; i < n; ++i) {
+    const Vector3 d =
+        Vector3{static_cast<double>(x_[i]), static_cast<double>(y_[i]), static_cast<double>(z_[i])} - c.point;
+    const double u = dot(d, f.side), v = dot(d, f.ahead);
+    height_[i] = static_cast<float>(dot(d, c.axis));
+    side_[i] = static_cast<float>(u), ahead_[i] = static_cast<float>(v);
+    distance_[i] = static_cast<float>(std::sqrt(u * u + v * v));
+  }
+}
+
+bool PartPoints::outward(std::size_t i, const CylinderFrame& f, double& component) {
+  const float p[3] = {x_[i], y_[i], z_[i]};
+  const Vector3& normal = normal_of(id_[i], p);
+  component = side(i) * dot(normal, f.side) + ahead(i) * dot(normal, f.ahead);
+  return dot(normal, normal) > 0.5;
+}
+
+void PartPoints::mark(const Cylinder& c, double low, double high) {
+  const double tolerance = cylinder_band(c.radius, sigma_);
+  const CylinderFrame f = frame(c);
+  on_.assign(size(), 0);
+  for (std::size_t i = 0; i < size(); ++i) {
+    if (height(i) < low || height(i) > high || std::fabs(distance(i) - c.radius) > tolerance) continue;
+    double component = 0;
+    if (c.radius > kNormalFrom && outward(i, f, component) && component < kCosNormal * distance(i)) continue;
+    on_[i] = 1;
+  }
+}
+
+void PartPoints::take(std::size_t most) {
+  selected_.clear();
+  for (std::uint32_t i = 0; i < size(); ++i) {
+    if (on_[i]) selected_.push_back(i);
+  }
+  const std::size_t stride = std::max<std::size_t>(1, (selected_.size() + most - 1) / most);
+  fit_x_.clear(), fit_y_.clear(), fit_z_.clear();
+  for (std::size_t i = 0; i < selected_.size(); i += stride) {
+    fit_x_.push_back(x_[selected_[i]]), fit_y_.push_back(y_[selected_[i]]), fit_z_.push_back(z_[selected_[i]]);
+  }
+}
+
+std::size_t PartPoints::select(const Cylinder& c, double low, double high) {
+  locate(c);
+  mark(c, low, high);
+  take(kMostFitted);
+  return selected_.size();
+}
+
+std::size_t PartPoints::narrow(double low, double high) {
+  for (std::size_t i = 0; i < size(); ++i) on_[i] = on_[i] && height(i) >= low && height(i) <= high;
+  take(kMostPoints);
+  return selected_.size();
+}
+
+}  // namespace handhold
