@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "atomic_file.h"
 #include "confidence.h"
 #include "files.h"
 #include "handhold/io.h"
@@ -26,7 +27,6 @@ struct Example {
   double right = 0;
   double before = 0;  ///< the confidence that the program gives now
   std::string scene, family;
-  Evidence evidence;
 };
 
 /// Handles and what they are, of the scenes of a folder that `handhold simulate` made.
@@ -50,7 +50,6 @@ std::vector<Example> examples_of(const std::string& folder, const Options& optio
       if (handle.verdict == evaluation::Verdict::kDuplicate) continue;
       Example e;
       e.x = features(candidates[i].evidence);
-      e.evidence = candidates[i].evidence;
       e.right = handle.verdict == evaluation::Verdict::kRight ? 1 : 0;
       e.before = handles[i].confidence;
       e.scene = name;
@@ -130,14 +129,18 @@ int run(int argc, char** argv) {
     examples.insert(examples.end(), more.begin(), more.end());
   }
   if (!csv.empty()) {
-    std::FILE* file = std::fopen(csv.c_str(), "w");
-    if (!file) throw std::runtime_error("cannot write '" + csv + "'");
+    AtomicFile file(csv);
+    char number[32];
     for (const Example& e : examples) {
-      std::fprintf(file, "%s,%s,%g,%.4f", e.scene.c_str(), e.family.c_str(), e.right, e.before);
-      for (const double v : e.x) std::fprintf(file, ",%.6g", v);
-      std::fprintf(file, "\n");
+      std::snprintf(number, sizeof number, ",%g,%.4f", e.right, e.before);
+      file.write(e.scene + "," + e.family + number);
+      for (const double v : e.x) {
+        std::snprintf(number, sizeof number, ",%.6g", v);
+        file.write(number);
+      }
+      file.write("\n");
     }
-    std::fclose(file);
+    file.commit();
   }
   const Weights w = fit(examples, ridge);
   print_quality("fitted on", w, examples);

@@ -102,17 +102,6 @@ std::vector<double> meetings(const Mesh& mesh, const Vector3d& from, const Vecto
   return all;
 }
 
-evaluation::LabelledPart labelled(const Part& part) {
-  evaluation::LabelledPart l;
-  l.what = part.what;
-  l.center = part.center;
-  l.axis = part.axis;
-  l.radius = part.radius;
-  l.length = part.length;
-  l.centre_line = part.centre_line;
-  return l;
-}
-
 bool is(const Stretch& s, const evaluation::LabelledPart& part) {
   return evaluation::matches(
       evaluation::offset({s.center[0], s.center[1], s.center[2]}, {s.axis[0], s.axis[1], s.axis[2]}, s.radius, part),
@@ -131,7 +120,7 @@ bool on_a_part(const Vector3d& p, const std::vector<evaluation::LabelledPart>& p
 std::vector<Stretch> unlisted(const Object& object, int samples) {
   const Mesh& mesh = object.mesh;
   std::vector<evaluation::LabelledPart> parts;
-  for (const Part& part : object.parts) parts.push_back(labelled(part));
+  for (const Part& part : object.parts) parts.push_back(evaluation::labelled(part));
   std::vector<double> areas;
   for (const auto& t : mesh.triangles) {
     const Vector3d a = eigen(mesh.vertices[t[0]]);
@@ -207,7 +196,7 @@ TEST(Parts, TheSearchFindsWhatIsNotListed) {
     const auto part =
         std::find_if(object.parts.begin(), object.parts.end(), [&](const Part& p) { return p.what == what; });
     ASSERT_NE(part, object.parts.end()) << what;
-    const evaluation::LabelledPart left_out = labelled(*part);
+    const evaluation::LabelledPart left_out = evaluation::labelled(*part);
     object.parts.erase(part);
     const std::vector<Stretch> found = unlisted(object, 200);
     EXPECT_FALSE(found.empty()) << what;

@@ -194,6 +194,24 @@ TEST_F(Picture, OutlinesAHandleWhereItIs) {
   }
 }
 
+TEST_F(Picture, OutlinesACurvedHandlePieceByPiece) {
+  const Cloud cloud = scene();
+  const PictureOptions options = sized(640, 0, false, false);
+  Result result;
+  result.handles = {handle()};
+  Handle& h = result.handles[0];
+  const Vector3 corner = {kCenter[0], kCenter[1] + 0.5 * kLength, kCenter[2]};
+  const Vector3 end = {kCenter[0] - kLength, corner[1], kCenter[2]};
+  h.path = {{kCenter[0], kCenter[1] - 0.5 * kLength, kCenter[2]}, corner, end};
+  const Image curved = draw(cloud, result, options), straight = draw(cloud, one_handle(), options);
+  // The first piece is the straight handle; the second one's far circle is where only the path leads.
+  const double scale = 640 / 160.0;
+  expect_handle_drawn(curved, draw(cloud, Result(), options), scale);
+  const double u = (kFocal * end[0] / end[2] + kCx + 0.5) * scale - 0.5;
+  const double v = (kFocal * (end[1] + kRadius) / end[2] + kCy + 0.5) * scale - 0.5;
+  EXPECT_TRUE(curved.differs_near(straight, u, v, 4));
+}
+
 // The projection is fitted in the cloud's own frame.
 TEST_F(Picture, FollowsACloudThatWasMoved) {
   const auto move = [](const Vector3& p) {  // a turn about z, then one about x, and a shift
@@ -385,6 +403,8 @@ TEST_F(Picture, HandlesThatCannotBeDrawnAreNot) {
   result.handles[2].axis = {0, 0, 0};
   result.handles.push_back(handle());
   result.handles[3].center = {1e9, 0, 1};  // far beside the picture
+  result.handles.push_back(handle());
+  result.handles[4].path = {{kNan, 0, 1}, {0, 0, -1}, {0, 0, -1}, {0, 0, -2}};
   EXPECT_EQ(draw(cloud, result, options).differences(without), 0);
   draw(cloud, result);  // with their numbers
   result.handles.assign(300, handle());

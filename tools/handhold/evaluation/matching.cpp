@@ -14,6 +14,23 @@ constexpr double kLeastCosine = 0.8, kRadiusShare = 0.4, kRadius = 0.005;
 
 }  // namespace
 
+LabelledPart labelled(const sensor::Part& part) {
+  LabelledPart l;
+  l.what = part.what;
+  l.family = part.family;
+  l.center = part.center;
+  l.axis = part.axis;
+  l.radius = part.radius;
+  l.length = part.length;
+  l.confidence = part.confidence;
+  l.centre_line = part.centre_line;
+  l.visible = part.visible;
+  l.measured = part.measured;
+  l.graspable = part.graspable;
+  l.raised = part.raised;
+  return l;
+}
+
 Offset offset(const Vector3& center, const Vector3& axis, double radius, const LabelledPart& part) {
   Offset best;
   best.distance = HUGE_VAL;

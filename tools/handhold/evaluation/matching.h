@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "handhold/result.h"
+#include "handhold/sensor.h"
 
 namespace handhold::evaluation {
 
@@ -25,6 +26,9 @@ struct LabelledPart {
   bool graspable = true;             ///< a hand could hold it where it stands
   std::optional<bool> raised;        ///< free of its support; false: lying on it
 };
+
+/// A simulated part as a truth file would give it.
+LabelledPart labelled(const sensor::Part& part);
 
 /// Where something lies with respect to a part: measured at the nearest point of the part's centre line, which may be
 /// curved.

@@ -174,7 +174,7 @@ std::vector<Setup> cylinders() {
       part.centre_line = {{0, 0, 0}, {0, 0, kLength}};
       Setup setup;
       setup.name = part.what;
-      setup.parts = {labelled(sensor::transformed(part, T_world_part))};
+      setup.parts = {evaluation::labelled(sensor::transformed(part, T_world_part))};
       setup.scene.objects.push_back(
           {"cylinder", sensor::transformed(sensor::cylinder(radius, kLength), T_world_part), {part}});
       setup.camera = sensor::CameraOptions::kinect();

@@ -15,29 +15,13 @@ std::size_t Shot::needed() const {
   }));
 }
 
-evaluation::LabelledPart labelled(const sensor::Part& part) {
-  evaluation::LabelledPart l;
-  l.what = part.what;
-  l.family = part.family;
-  l.center = part.center;
-  l.axis = part.axis;
-  l.radius = part.radius;
-  l.length = part.length;
-  l.confidence = part.confidence;
-  l.centre_line = part.centre_line;
-  l.visible = part.visible;
-  l.measured = part.measured;
-  l.graspable = part.graspable;
-  l.raised = part.raised;
-  return l;
-}
-
 Shot shoot(const sensor::SceneFile& file) {
   const sensor::Scene scene = sensor::build(file);
   sensor::Frame frame = sensor::DepthCamera(file.camera).capture(scene, file.T_world_camera);
   Shot shot;
   shot.name = file.name;
-  for (const sensor::Part& part : sensor::captured_truth(file, scene, frame)) shot.parts.push_back(labelled(part));
+  for (const sensor::Part& part : sensor::captured_truth(file, scene, frame))
+    shot.parts.push_back(evaluation::labelled(part));
   shot.cloud = std::move(frame.cloud);
   return shot;
 }

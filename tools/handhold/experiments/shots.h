@@ -20,9 +20,6 @@ struct Shot {
   std::size_t needed() const;
 };
 
-/// A part of the simulated truth as one to compare with.
-evaluation::LabelledPart labelled(const sensor::Part& part);
-
 /// One shot of a scene, with the truth of its frame.
 Shot shoot(const sensor::SceneFile& file);
 /// Shots of all scenes, in parallel in the caller's TBB arena.
