@@ -19,7 +19,11 @@ namespace handhold::bench {
 class EngineRunner {
  public:
   explicit EngineRunner(const Options& options)
-      : options_(options), index_(make_index(options.index)), search_(options_), handles_(options_) {
+      : options_(options),
+        index_(make_index(options.index)),
+        layers_(options.index),
+        search_(options_),
+        handles_(options_) {
     if (options.threads > 0) arena_.initialize(options.threads);
   }
   EngineRunner(const EngineRunner&) = delete;
@@ -47,7 +51,8 @@ class EngineRunner {
     tiles_.build(cloud);
     index_->build(tiles_);
     const auto indexed = Clock::now();
-    search_.begin(tiles_, *index_, cloud.viewpoint);
+    layers_.take(tiles_, *index_);
+    search_.begin(layers_, cloud.viewpoint);
     search_.run(samples.front().data(), static_cast<std::uint32_t>(samples.size()), 0, steps.data(),
                 result.affordances);
     const auto searched = Clock::now();
@@ -73,6 +78,7 @@ class EngineRunner {
   Options options_;
   TileStore tiles_;
   std::unique_ptr<NeighbourIndex> index_;
+  Layers layers_;
   Search search_;
   HandleSearch handles_;
   tbb::task_arena arena_;

@@ -31,9 +31,11 @@ Step Search::judge(const Candidate& c, double ball, Scratch& s, Found& found) co
 
   const float sample[3] = {static_cast<float>(c.position[0]), static_cast<float>(c.position[1]),
                            static_cast<float>(c.position[2])};
-  const auto capacity = static_cast<std::size_t>(s.near.view().padded) * 256 + 16;
+  const Near& near = s.near[s.group[c.entry]];
+  const kernels::Candidates blocks = near.blocks.view();
+  const auto capacity = static_cast<std::size_t>(blocks.padded) * 256 + 16;
   s.x.require(capacity), s.y.require(capacity), s.z.require(capacity);
-  const int n = kernels::kernels().collect(tiles_->view(), s.near.view(), sample, static_cast<float>(ball), nullptr,
+  const int n = kernels::kernels().collect(near.layer.tiles->view(), blocks, sample, static_cast<float>(ball), nullptr,
                                            s.x.data(), s.y.data(), s.z.data());
   const PointArrays points{s.x.data(), s.y.data(), s.z.data(), static_cast<std::size_t>(n)};
   const double sigma = depth_noise(norm(to_sensor));
@@ -65,27 +67,12 @@ Step Search::judge(const Candidate& c, double ball, Scratch& s, Found& found) co
   return Step::kAffordance;
 }
 
-void Search::find_cylinders(double radius, Step* steps, Scratch& s) const {
-  for (std::size_t first = 0; first < s.candidates.size();) {
-    float low[3], high[3];
-    std::size_t last = first;
-    for (; last < s.candidates.size() && last < first + kernels::kMaxGroup; ++last) {
-      float l[3], h[3], d2 = 0;
-      for (std::size_t j = 0; j < 3; ++j) {
-        const auto x = static_cast<float>(s.candidates[last].position[j]);
-        l[j] = last == first ? x : std::min(low[j], x), h[j] = last == first ? x : std::max(high[j], x);
-        d2 += (h[j] - l[j]) * (h[j] - l[j]);
-      }
-      if (static_cast<double>(d2) > 16 * radius * radius) break;
-      std::copy(l, l + 3, low), std::copy(h, h + 3, high);
-    }
-    s.near.fill(*tiles_, *index_, low, high, static_cast<float>(radius));
-    for (; first < last; ++first) {
-      const Candidate& c = s.candidates[first];
-      Found found;
-      steps[c.sample] = judge(c, radius, s, found);
-      if (steps[c.sample] == Step::kAffordance) s.found.push_back(found);
-    }
+void Search::find_cylinders(double radius, Scratch& s) const {
+  for (const Candidate& c : s.candidates) {
+    Found found;
+    Step& step = s.reached[c.entry];
+    step = judge(c, radius, s, found);
+    if (step == Step::kAffordance) s.found.push_back(found);
   }
 }
 

@@ -14,6 +14,7 @@
 #include "handles.h"
 #include "index.h"
 #include "kernels.h"
+#include "layers.h"
 #include "localizer_detail.h"
 #include "parts.h"
 #include "sampler.h"
@@ -51,6 +52,7 @@ struct Localizer::Impl {
   explicit Impl(const Options& o)
       : options(o),
         index(make_index(o.index)),
+        layers(o.index),
         sampler(options),
         search(options),
         handle_search(options),
@@ -64,6 +66,7 @@ struct Localizer::Impl {
   Options options;
   TileStore tiles;
   std::unique_ptr<NeighbourIndex> index;
+  Layers layers;
   Sampler sampler;
   Search search;
   HandleSearch handle_search;
@@ -114,6 +117,8 @@ struct Localizer::Impl {
     const auto start = Clock::now();
     looked_at = 0;
     if (!take(cloud, result)) return;
+    layers.take(tiles, *index);
+    if (options.method == Method::kDefault) layers.thin(cloud);
     const auto indexed = Clock::now();
     result.times_ms.index = milliseconds(start, indexed);
 
@@ -123,7 +128,7 @@ struct Localizer::Impl {
     if (options.method == Method::kDefault) image.build(cloud);
     result.times_ms.visibility = milliseconds(indexed, Clock::now());
     const auto prepared = Clock::now();
-    search.begin(tiles, *index, cloud.viewpoint, &image);
+    search.begin(layers, cloud.viewpoint, &image);
     if (sampler.points() == 0) {
       result.status = Status::kTooFewPoints;
     } else {
@@ -244,7 +249,9 @@ void localize_samples(const Options& options, const CloudView& cloud, const std:
   result.finite_points = tiles.finite_points();
   if (result.finite_points == 0 || samples.empty()) return;
   index->build(tiles);
-  search.begin(tiles, *index, cloud.viewpoint);
+  Layers layers(options.index);
+  layers.take(tiles, *index);
+  search.begin(layers, cloud.viewpoint);
   search.run(samples.front().data(), static_cast<std::uint32_t>(samples.size()), 0, steps.data(), result.affordances);
   result.funnel.samples = static_cast<std::int64_t>(samples.size());
   result.funnel.affordances = static_cast<std::int64_t>(result.affordances.size());

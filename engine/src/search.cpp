@@ -17,7 +17,10 @@ namespace handhold {
 namespace {
 
 constexpr double kPi = 3.14159265358979323846;
-constexpr std::size_t kGroupsPerTask = 4;
+/// A round is cut into about so many tasks, but fits are solved in batches: a task has at least kLeastTask samples.
+constexpr std::uint32_t kTasks = 16, kLeastTask = 32;
+/// Points that a neighbourhood of the thinned cloud should hold.
+constexpr double kEnoughPoints = 150;
 /// Centres of shells that one index query serves lie in a box of at most this diagonal (m).
 constexpr float kShellGroup = 0.12f;
 
@@ -77,22 +80,22 @@ Search::Search(const Options& options) : options_(&options) {
   // Only a fitted circle within the aperture goes on, so nothing flatter than a cylinder of that width is worth a sum.
   // A strip whose points have the variance v across leaves 2 v / sqrt(5) / (2 curvature) = 0.894 v / (2 curvature).
   const double widest = std::min(options.hand_aperture / 2, options.effective_reach());
-  radii_ = options.effective_radius();
-  for (const double radius : radii_) {
-    flatness_.push_back({static_cast<float>(kFlatShare * cylinder_residual(widest, radius)),
-                         static_cast<float>(kFlatShare * 0.894 / (2 * widest))});
+  std::vector<double> radii = options.effective_radius();
+  std::sort(radii.begin(), radii.end());
+  for (const double radius : radii) {
+    scales_.push_back({radius, static_cast<float>(kFlatShare * cylinder_residual(widest, radius)),
+                       static_cast<float>(kFlatShare * 0.894 / (2 * widest))});
   }
 }
 
-void Search::begin(const TileStore& tiles, const NeighbourIndex& index, const std::optional<Vector3>& viewpoint,
-                   const DepthImage* image) {
+void Search::begin(const Layers& layers, const std::optional<Vector3>& viewpoint, const DepthImage* image) {
   image_ = image && !image->empty() ? image : nullptr;
-  tiles_ = &tiles;
-  index_ = &index;
+  layers_ = &layers;
   viewpoint_ = viewpoint;
   for (Scratch& s : scratch_) s.seconds = {};
   if (options_->axis == AxisEstimator::kNormals) {
-    estimate_normals(tiles, index, static_cast<float>(radii_.front() / 2), normals_);
+    estimate_normals(*layers[0].tiles, *layers[0].index, static_cast<float>(options_->effective_radius().front() / 2),
+                     normals_);
   }
 }
 
@@ -109,7 +112,8 @@ StepSeconds Search::seconds() const {
 
 /// Sorts samples along the Morton curve, in cells of 12.5 mm where 7 bits a coordinate cover the cloud.
 void Search::sort_samples(const float* xyz, std::uint32_t n) {
-  const float *low = tiles_->robust_low(), *high = tiles_->robust_high();
+  const TileStore& tiles = *(*layers_)[0].tiles;
+  const float *low = tiles.robust_low(), *high = tiles.robust_high();
   const float cell = std::max(0.0125f, std::max({high[0] - low[0], high[1] - low[1], high[2] - low[2]}) / 120.0f);
   const float per_cell = 1.0f / cell;
   keys_.require(n);
@@ -140,7 +144,7 @@ void Search::sort_samples(const float* xyz, std::uint32_t n) {
 
 /// Runs of at most 64 samples whose box stays within four times the largest radius.
 void Search::make_groups(std::uint32_t n) {
-  const double widest = *std::max_element(radii_.begin(), radii_.end());
+  const double widest = scales_.back().radius;
   const auto limit2 = static_cast<float>(16 * widest * widest);
   groups_.clear();
   for (std::uint32_t i = 0; i < n;) {
@@ -161,26 +165,31 @@ void Search::make_groups(std::uint32_t n) {
   }
 }
 
+/// Runs of up to kGroupsPerTask groups.
+void Search::make_tasks(std::uint32_t n) {
+  const std::uint32_t enough = std::max(kLeastTask, n / kTasks);
+  tasks_.clear();
+  for (std::size_t g = 0; g < groups_.size();) {
+    tasks_.push_back(g);
+    const std::uint32_t begin = groups_[g].begin;
+    const std::size_t last = std::min(groups_.size(), g + kGroupsPerTask);
+    while (g < last && groups_[g].begin - begin < enough) ++g;
+  }
+  tasks_.push_back(groups_.size());
+}
+
 void Search::run(const float* xyz, std::uint32_t n, std::uint32_t first, Step* steps, std::vector<Affordance>& found) {
   sort_samples(xyz, n);
   make_groups(n);
-  merged_.clear();
+  make_tasks(n);
   std::fill(steps, steps + n, Step::kTooFewPoints);
-  for (std::size_t scale = 0; scale < radii_.size(); ++scale) {
-    const double radius = radii_[scale];
-    steps_.assign(n, Step::kTooFewPoints);
-    for (Scratch& s : scratch_) s.found.clear();
-    const std::size_t tasks = (groups_.size() + kGroupsPerTask - 1) / kGroupsPerTask;
-    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, tasks, 1), [&](const auto& range) {
-      Scratch& s = scratch_.local();
-      for (std::size_t t = range.begin(); t < range.end(); ++t) {
-        run_groups(t * kGroupsPerTask, std::min(groups_.size(), (t + 1) * kGroupsPerTask), radius, flatness_[scale],
-                   steps_.data(), s);
-      }
-    });
-    for (std::uint32_t i = 0; i < n; ++i) steps[i] = std::max(steps[i], steps_[i]);
-    for (const Scratch& s : scratch_) merged_.insert(merged_.end(), s.found.begin(), s.found.end());
-  }
+  for (Scratch& s : scratch_) s.found.clear();
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, tasks_.size() - 1, 1), [&](const auto& range) {
+    Scratch& s = scratch_.local();
+    for (std::size_t t = range.begin(); t < range.end(); ++t) run_task(tasks_[t], tasks_[t + 1], steps, s);
+  });
+  merged_.clear();
+  for (const Scratch& s : scratch_) merged_.insert(merged_.end(), s.found.begin(), s.found.end());
   // In the order of the samples; of several radii the one whose quadric fits best for its size explains the place.
   std::sort(merged_.begin(), merged_.end(), [](const Found& a, const Found& b) {
     return std::tie(a.affordance.sample, a.residual, a.scale) < std::tie(b.affordance.sample, b.residual, b.scale);
@@ -192,56 +201,89 @@ void Search::run(const float* xyz, std::uint32_t n, std::uint32_t first, Step* s
   }
 }
 
-void Search::run_groups(std::size_t first_group, std::size_t last_group, double radius, Flatness flatness, Step* steps,
-                        Scratch& s) const {
-  const kernels::Kernels& k = kernels::kernels();
-  s.kernel.require(kernels::scratch_bytes(static_cast<std::int32_t>(tiles_->blocks())));
+/// All scales of some groups, the smallest first. A sample's step is the furthest that it came to.
+void Search::run_task(std::size_t first_group, std::size_t last_group, Step* steps, Scratch& s) const {
+  s.kernel.require(kernels::scratch_bytes(static_cast<std::int32_t>((*layers_)[0].tiles->blocks())));
   s.moments.require(kGroupsPerTask * kernels::kMaxGroup);
+  s.reached.require(kGroupsPerTask * kernels::kMaxGroup);
+  for (std::size_t i = 0; i < scales_.size(); ++i) {
+    for (std::size_t g = first_group; g < last_group; ++g)
+      choose_layer(scales_[i], i > 0 ? &scales_[i - 1] : nullptr, s.near[g - first_group]);
+    run_scale(first_group, last_group, scales_[i], s);
+    for (std::size_t k = 0; k < s.sample.size(); ++k) {
+      Step& step = steps[number_[s.sample[k]]];
+      step = std::max(step, s.reached[k]);
+    }
+  }
+}
+
+/// The thinnest layer that has enough points. How many there are the smaller scale tells; the smallest one sees all.
+void Search::choose_layer(const Scale& scale, const Scale* smaller, Near& near) const {
+  std::size_t i = 0;
+  // Normals are those of the full cloud's points.
+  if (image_ && smaller && options_->axis != AxisEstimator::kNormals) {
+    const double growth = scale.radius / smaller->radius;
+    for (double points = near.points * growth * growth / 4; points >= kEnoughPoints && i + 1 < layers_->size(); ++i)
+      points /= 4;
+  }
+  near.layer = (*layers_)[i];
+  near.share = 1.0 / static_cast<double>(1u << 2 * i);
+}
+
+void Search::run_scale(std::size_t first_group, std::size_t last_group, const Scale& scale, Scratch& s) const {
+  const kernels::Kernels& k = kernels::kernels();
   s.sample.clear();
+  s.group.clear();
   s.whole.clear();
   s.axis.clear();
   s.candidates.clear();
   Stopwatch watch;
   for (std::size_t g = first_group; g < last_group; ++g) {
     const Group& group = groups_[g];
-    s.near.fill(*tiles_, *index_, group.low, group.high, static_cast<float>(radius));
+    Near& near = s.near[g - first_group];
+    const TileStore& tiles = *near.layer.tiles;
+    near.blocks.fill(tiles, *near.layer.index, group.low, group.high, static_cast<float>(scale.radius));
     watch.lap(s.seconds.neighbours);
     const auto at = static_cast<std::uint32_t>(s.sample.size());
     const auto n = static_cast<std::int32_t>(group.end - group.begin);
-    k.moments(tiles_->view(), s.near.view(),
-              {&sorted_[3 * static_cast<std::size_t>(group.begin)], n, static_cast<float>(radius), flatness.rms,
-               options_->min_neighbours, flatness.slope},
+    k.moments(tiles.view(), near.blocks.view(),
+              {&sorted_[3 * static_cast<std::size_t>(group.begin)], n, static_cast<float>(scale.radius), scale.flat_rms,
+               options_->min_neighbours, scale.flat_slope},
               s.kernel.data(), &s.moments[at]);
+    std::int64_t points = 0;
     for (std::uint32_t i = group.begin; i < group.end; ++i) {
       const std::uint32_t entry = at + i - group.begin;
       s.sample.push_back(i);
+      s.group.push_back(static_cast<std::uint32_t>(g - first_group));
       const kernels::Moments& m = s.moments[entry];
+      points += m.count;
       if (m.skipped) {
-        steps[number_[i]] = m.count < options_->min_neighbours ? Step::kTooFewPoints : Step::kCurvatureLow;
+        s.reached[entry] = m.count < options_->min_neighbours ? Step::kTooFewPoints : Step::kCurvatureLow;
         continue;
       }
       s.whole.push_back(entry);
       if (options_->axis == AxisEstimator::kPca) s.axis.push_back(axis_from_spread(m));
       if (options_->axis == AxisEstimator::kNormals) {
-        s.axis.push_back(to_frame(
-            m.R_frame_cloud, axis_from_normals(*tiles_, s.near.view(), normals_.data(),
-                                               &sorted_[3 * static_cast<std::size_t>(i)], static_cast<float>(radius))));
+        s.axis.push_back(to_frame(m.R_frame_cloud, axis_from_normals(tiles, near.blocks.view(), normals_.data(),
+                                                                     &sorted_[3 * static_cast<std::size_t>(i)],
+                                                                     static_cast<float>(scale.radius))));
       }
     }
+    near.points = static_cast<double>(points) / (n * near.share);
     watch.lap(s.seconds.moments);
   }
-  fit(radius, steps, s);
+  fit(scale.radius, s);
   watch.lap(s.seconds.fit);
   if (image_) {
-    find_cylinders(radius, steps, s);
+    find_cylinders(scale.radius, s);
   } else {
-    find_shells(steps, s);
+    find_shells(s);
   }
   watch.lap(s.seconds.shell);
 }
 
 /// Quadric, curvature and circle of the chunk's neighbourhoods; what passes becomes a candidate.
-void Search::fit(double radius, Step* steps, Scratch& s) const {
+void Search::fit(double radius, Scratch& s) const {
   const kernels::Kernels& k = kernels::kernels();
   kernels::FitBatch& f = s.fit;
   const double least_curvature = radius / ((image_ ? 1.5 : 1) * options_->effective_reach());
@@ -259,9 +301,9 @@ void Search::fit(double radius, Step* steps, Scratch& s) const {
     }
     k.circle(f);
     for (std::size_t lane = 0; lane < n; ++lane) {
-      const kernels::Moments& m = s.moments[s.whole[first + lane]];
-      const std::uint32_t at = s.sample[s.whole[first + lane]];
-      Step& step = steps[number_[at]];
+      const std::uint32_t entry = s.whole[first + lane], at = s.sample[entry];
+      const kernels::Moments& m = s.moments[entry];
+      Step& step = s.reached[entry];
       if (f.status[lane] == kernels::kFitFlat) {
         step = Step::kFlat;
         continue;
@@ -282,14 +324,14 @@ void Search::fit(double radius, Step* steps, Scratch& s) const {
         continue;
       }
       Candidate c;
-      c.sample = number_[at];
+      c.entry = entry;
       const float* p = &sorted_[3 * static_cast<std::size_t>(at)];
       c.position = {p[0], p[1], p[2]};
       const auto vector = [&](const double(*v)[kernels::kBatch]) {
         return to_cloud(m.R_frame_cloud, {v[0][lane], v[1][lane], v[2][lane]});
       };
       Affordance& a = c.affordance;
-      a.sample = c.sample;
+      a.sample = number_[at];
       a.center = c.position + radius * vector(f.circle_centre);
       a.axis = canonical_axis(normalized(vector(f.axis)));
       a.normal = normalized(vector(f.centre_normal));
@@ -306,7 +348,8 @@ void Search::fit(double radius, Step* steps, Scratch& s) const {
 }
 
 /// Shells of the chunk's candidates, group by group of near centres.
-void Search::find_shells(Step* steps, Scratch& s) const {
+void Search::find_shells(Scratch& s) const {
+  const auto [tiles, index] = (*layers_)[0];
   const kernels::Kernels& k = kernels::kernels();
   const double half_width = options_->finger_width / 2, gap = options_->finger_thickness;
   const auto largest_radius = [&](const Candidate& c) {
@@ -332,7 +375,7 @@ void Search::find_shells(Step* steps, Scratch& s) const {
       std::copy(l, l + 3, low), std::copy(h, h + 3, high);
       farthest = std::max(farthest, std::hypot(largest_radius(c) + gap, half_width));
     }
-    s.near.fill(*tiles_, *index_, low, high, static_cast<float>(farthest));
+    s.shells.fill(*tiles, *index, low, high, static_cast<float>(farthest));
     for (; first < last; ++first) {
       Candidate& c = s.candidates[first];
       Affordance& a = c.affordance;
@@ -350,8 +393,8 @@ void Search::find_shells(Step* steps, Scratch& s) const {
       q.min_inner_points = std::max(
           1, static_cast<std::int32_t>(std::min(1e9, std::ceil(options_->shell_inner_area_mm2 * 1e-6 * c.density))));
       kernels::ShellResult r;
-      k.shell(tiles_->view(), s.near.view(), q, s.kernel.data(), r);
-      Step& step = steps[c.sample];
+      k.shell(tiles->view(), s.shells.view(), q, s.kernel.data(), r);
+      Step& step = s.reached[c.entry];
       if (r.status != kernels::kShellFound) {
         step = r.status == kernels::kShellEmpty ? Step::kShellEmpty : Step::kNoGap;
         continue;

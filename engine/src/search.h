@@ -3,6 +3,7 @@
 
 #include <tbb/enumerable_thread_specific.h>
 
+#include <array>
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
@@ -16,6 +17,7 @@
 #include "handhold/result.h"
 #include "index.h"
 #include "kernels.h"
+#include "layers.h"
 #include "tiles.h"
 
 namespace handhold {
@@ -31,9 +33,8 @@ class Search {
  public:
   explicit Search(const Options& options);
 
-  /// `image`: what was seen, for the default method; null or empty: the paper's shells decide.
-  void begin(const TileStore& tiles, const NeighbourIndex& index, const std::optional<Vector3>& viewpoint,
-             const DepthImage* image = nullptr);
+  /// `image`: what was seen, for the default method; null or empty: the paper's shells decide, on the full cloud.
+  void begin(const Layers& layers, const std::optional<Vector3>& viewpoint, const DepthImage* image = nullptr);
 
   /// Looks at `n` samples (xyz: 3 * n, m) in parallel. steps[i] says where sample i ended (the furthest, of several
   /// radii). Affordances are appended to `found` in the order of their samples; Affordance::sample is first + i.
@@ -43,16 +44,26 @@ class Search {
   StepSeconds seconds() const;
 
  private:
+  static constexpr std::size_t kGroupsPerTask = 4;
   struct Group {
     std::uint32_t begin, end;  ///< in the sorted order
     float low[3], high[3];     ///< box of its samples (m)
   };
-  /// What is too flat to be summed: kernels::NeighbourhoodBatch::flat_rms and flat_slope.
-  struct Flatness {
-    float rms, slope;
+  /// A size of neighbourhoods, and what is too flat to be summed there: kernels::NeighbourhoodBatch::flat_rms and
+  /// flat_slope.
+  struct Scale {
+    double radius;  ///< m
+    float flat_rms, flat_slope;
+  };
+  /// What a group of a task looks at.
+  struct Near {
+    Layer layer;
+    double share = 1;  ///< of the cloud's points in that layer
+    CandidateList blocks;
+    double points = 0;  ///< mean number of points of the last scale's neighbourhoods in the full cloud
   };
   struct Candidate {
-    std::uint32_t sample;
+    std::uint32_t entry;  ///< of the task's samples
     Affordance affordance;
     Vector3 position;
     double residual;  ///< root of lambda, in units of the radius
@@ -64,11 +75,14 @@ class Search {
     double residual, scale;
   };
   struct Scratch {
-    CandidateList near;
+    std::array<Near, kGroupsPerTask> near;
+    CandidateList shells;
     AlignedArray<std::byte> kernel;
     AlignedArray<kernels::Moments> moments;
     kernels::FitBatch fit;
     std::vector<std::uint32_t> sample;  ///< of each entry of `moments`: position in the sorted order
+    std::vector<std::uint32_t> group;   ///< of each entry of `moments`: position in the task
+    AlignedArray<Step> reached;         ///< where each entry ended
     std::vector<std::uint32_t> whole;   ///< entries whose moments are valid
     std::vector<Vector3> axis;          ///< by position in `whole`, when the axis is not the quadric's
     std::vector<Candidate> candidates;
@@ -79,26 +93,26 @@ class Search {
 
   void sort_samples(const float* xyz, std::uint32_t n);
   void make_groups(std::uint32_t n);
-  void run_groups(std::size_t first_group, std::size_t last_group, double radius, Flatness flatness, Step* steps,
-                  Scratch& s) const;
-  void fit(double radius, Step* steps, Scratch& s) const;
-  void find_shells(Step* steps, Scratch& s) const;
-  void find_cylinders(double radius, Step* steps, Scratch& s) const;
+  void make_tasks(std::uint32_t n);
+  void run_task(std::size_t first_group, std::size_t last_group, Step* steps, Scratch& s) const;
+  void run_scale(std::size_t first_group, std::size_t last_group, const Scale& scale, Scratch& s) const;
+  void choose_layer(const Scale& scale, const Scale* smaller, Near& near) const;
+  void fit(double radius, Scratch& s) const;
+  void find_shells(Scratch& s) const;
+  void find_cylinders(double radius, Scratch& s) const;
   Step judge(const Candidate& candidate, double radius, Scratch& s, Found& found) const;
 
   const Options* options_;
-  const TileStore* tiles_ = nullptr;
-  const NeighbourIndex* index_ = nullptr;
+  const Layers* layers_ = nullptr;
   const DepthImage* image_ = nullptr;  ///< not null: the default method
   std::optional<Vector3> viewpoint_;
-  std::vector<double> radii_;
-  std::vector<Flatness> flatness_;  ///< for each radius: what the kernel need not sum
+  std::vector<Scale> scales_;  ///< by their radius
   AlignedArray<float> normals_;
   AlignedArray<std::uint64_t> keys_, other_keys_;
   AlignedArray<float> sorted_;          ///< xyz in the sorted order
   AlignedArray<std::uint32_t> number_;  ///< sorted order -> sample
   std::vector<Group> groups_;
-  std::vector<Step> steps_;
+  std::vector<std::size_t> tasks_;  ///< the first group of each, and the end
   std::vector<Found> merged_;
   tbb::enumerable_thread_specific<Scratch> scratch_;
 };

@@ -34,15 +34,25 @@ inline void load_packed(const float* p, float* out) {
   *reinterpret_cast<Four*>(out + 32) = __builtin_shufflevector(yz, c, 1, 3, 4, 7);
 }
 
-/// Copies 16x16 pixels, cut off at the image's border, into 16 tiles of 4x4 in Z-order.
-void load_block(const CloudView& cloud, std::uint32_t u0, std::uint32_t v0, float* tiles) {
-  const std::size_t step = cloud.point_step / sizeof(float);
+/// Number of every `step`-th of n.
+std::uint32_t thinned(std::uint32_t n, std::uint32_t step) {
+  return (n + step - 1) / step;
+}
+
+/// Copies 16x16 pixels, cut off at the image's border, into 16 tiles of 4x4 in Z-order. (u0, v0): the first one, in an
+/// image of every `every`-th row and column.
+void load_block(const CloudView& cloud, std::uint32_t every, std::uint32_t u0, std::uint32_t v0, float* tiles) {
+  const std::size_t step = every * (cloud.point_step / sizeof(float));
+  const std::uint32_t width = thinned(cloud.width, every), height = thinned(cloud.height, every);
+  const auto pixel = [&](std::uint32_t u, std::uint32_t v) {
+    return cloud.point(static_cast<std::size_t>(v * every) * cloud.width + u * every);
+  };
   for (std::uint32_t t = 0; t < kernels::kBlockTiles; ++t) {
     const std::uint32_t u = u0 + 4 * ((t & 1) | (t >> 1 & 2)), v = v0 + 4 * ((t >> 1 & 1) | (t >> 2 & 2));
     float* out = tiles + 48 * t;
-    if (u + 4 <= cloud.width && v + 4 <= cloud.height) {
+    if (u + 4 <= width && v + 4 <= height) {
       for (std::uint32_t j = 0; j < 4; ++j) {
-        const float* p = cloud.point(static_cast<std::size_t>(v + j) * cloud.width + u);
+        const float* p = pixel(u, v + j);
         if (step == 3) {
           load_packed(p, out + 4 * j);
           continue;
@@ -57,8 +67,8 @@ void load_block(const CloudView& cloud, std::uint32_t u0, std::uint32_t v0, floa
     }
     for (std::uint32_t j = 0; j < 4; ++j) {
       for (std::uint32_t i = 0; i < 4; ++i) {
-        const bool there = u + i < cloud.width && v + j < cloud.height;
-        const float* p = there ? cloud.point(static_cast<std::size_t>(v + j) * cloud.width + u + i) : nullptr;
+        const bool there = u + i < width && v + j < height;
+        const float* p = there ? pixel(u + i, v + j) : nullptr;
         for (int k = 0; k < 3; ++k) out[16 * k + 4 * j + i] = there ? p[k] : kernels::kFar;
       }
     }
@@ -102,8 +112,8 @@ void TileStore::finish_block(std::uint32_t block) {
   whole[3] = whole[7] = 0;
 }
 
-void TileStore::build_organized(const CloudView& cloud) {
-  const std::uint32_t across = (cloud.width + 15) / 16, down = (cloud.height + 15) / 16;
+void TileStore::build_organized(const CloudView& cloud, std::uint32_t step) {
+  const std::uint32_t across = (thinned(cloud.width, step) + 15) / 16, down = (thinned(cloud.height, step) + 15) / 16;
   if (order_width_ != across || order_height_ != down) {
     order_.resize(static_cast<std::size_t>(across) * down);
     for (std::uint32_t i = 0; i < order_.size(); ++i) order_[i] = i;
@@ -116,7 +126,7 @@ void TileStore::build_organized(const CloudView& cloud) {
   allocate(static_cast<std::uint32_t>(order_.size()));
   tbb::parallel_for(tbb::blocked_range<std::uint32_t>(0, blocks_, 32), [&](const auto& range) {
     for (std::uint32_t b = range.begin(); b < range.end(); ++b) {
-      load_block(cloud, order_[b] % across * 16, order_[b] / across * 16,
+      load_block(cloud, step, order_[b] % across * 16, order_[b] / across * 16,
                  points_.data() + 768 * static_cast<std::size_t>(b));
       finish_block(b);
     }
@@ -198,11 +208,44 @@ void TileStore::find_robust_bounds(const CloudView& cloud) {
 void TileStore::build(const CloudView& cloud) {
   find_robust_bounds(cloud);
   // A single row or column is no image, whatever its height says.
-  if (cloud.width >= 4 && cloud.height >= 4) {
-    build_organized(cloud);
+  organized_ = cloud.width >= 4 && cloud.height >= 4;
+  if (organized_) {
+    build_organized(cloud, 1);
   } else {
     build_unorganized(cloud);
   }
+  number_points();
+}
+
+void TileStore::build_thinned(const CloudView& cloud, const TileStore& full, std::uint32_t step) {
+  std::copy(full.robust_low_, full.robust_low_ + 3, robust_low_);
+  std::copy(full.robust_high_, full.robust_high_ + 3, robust_high_);
+  organized_ = full.organized_;
+  if (organized_) {
+    build_organized(cloud, step);
+    number_points();
+    return;
+  }
+  const std::size_t area = static_cast<std::size_t>(step) * step, finite = (full.finite_ + area - 1) / area;
+  allocate(static_cast<std::uint32_t>((finite + 255) / 256));
+  tbb::parallel_for(tbb::blocked_range<std::uint32_t>(0, blocks_, 32), [&](const auto& range) {
+    for (std::uint32_t b = range.begin(); b < range.end(); ++b) {
+      float* block = points_.data() + 768 * static_cast<std::size_t>(b);
+      for (std::size_t j = 0; j < 256; ++j) {
+        const std::size_t at = 256 * static_cast<std::size_t>(b) + j, from = area * at;
+        float* out = block + 48 * (j / 16) + j % 16;
+        // All but the last one of these blocks are full.
+        const float* p = at < finite ? full.points_.data() + 48 * (from / 16) + from % 16 : nullptr;
+        for (std::size_t k = 0; k < 3; ++k) out[16 * k] = p ? p[16 * k] : kernels::kFar;
+      }
+      finish_block(b);
+    }
+  });
+  number_points();
+}
+
+/// What finite_point needs.
+void TileStore::number_points() {
   first_rank_.resize(blocks_ + 1);
   first_rank_[0] = 0;
   for (std::uint32_t b = 0; b < blocks_; ++b) first_rank_[b + 1] = first_rank_[b] + counts_[b];

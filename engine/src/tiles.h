@@ -19,6 +19,9 @@ class TileStore {
  public:
   /// Builds from a cloud, in parallel in the caller's TBB arena. Points that are not finite are left out.
   void build(const CloudView& cloud);
+  /// Builds from a part of the points of `full`, which was built from the same cloud: every step-th row and column of
+  /// an image, otherwise every (step * step)-th point in their order along the Morton curve. step >= 1.
+  void build_thinned(const CloudView& cloud, const TileStore& full, std::uint32_t step);
 
   kernels::Tiles view() const {
     return {points_.data(), boxes_.data(), full_.data(), sums_.data(), static_cast<std::int32_t>(blocks_)};
@@ -41,10 +44,11 @@ class TileStore {
   const float* robust_high() const { return robust_high_; }
 
  private:
-  void build_organized(const CloudView& cloud);
+  void build_organized(const CloudView& cloud, std::uint32_t step);
   void build_unorganized(const CloudView& cloud);
   void allocate(std::uint32_t blocks);
   void finish_block(std::uint32_t block);
+  void number_points();
   void find_robust_bounds(const CloudView& cloud);
 
   AlignedArray<float> points_, boxes_, sums_, block_boxes_;
@@ -58,6 +62,7 @@ class TileStore {
   std::vector<float> subset_;
   std::uint32_t order_width_ = 0, order_height_ = 0;
   std::uint32_t blocks_ = 0;
+  bool organized_ = false;
   std::size_t finite_ = 0;
   float robust_low_[3] = {}, robust_high_[3] = {};
 };
