@@ -19,8 +19,9 @@ namespace {
 constexpr double kPi = 3.14159265358979323846;
 /// A round is cut into about so many tasks, but fits are solved in batches: a task has at least kLeastTask samples.
 constexpr std::uint32_t kTasks = 16, kLeastTask = 32;
-/// Points that a neighbourhood of the thinned cloud should hold.
+/// Points that a neighbourhood of the thinned cloud should hold, and those without which there is no quadric.
 constexpr double kEnoughPoints = 150;
+constexpr int kLeastOfFit = 10;
 /// Centres of shells that one index query serves lie in a box of at most this diagonal (m).
 constexpr float kShellGroup = 0.12f;
 
@@ -246,9 +247,11 @@ void Search::run_scale(std::size_t first_group, std::size_t last_group, const Sc
     watch.lap(s.seconds.neighbours);
     const auto at = static_cast<std::uint32_t>(s.sample.size());
     const auto n = static_cast<std::int32_t>(group.end - group.begin);
+    // Of a thinned layer's points a fit needs as many as of any, but no more than their share of what the user wants.
+    const int least = std::max(kLeastOfFit, static_cast<int>(std::ceil(options_->min_neighbours * near.share)));
     k.moments(tiles.view(), near.blocks.view(),
               {&sorted_[3 * static_cast<std::size_t>(group.begin)], n, static_cast<float>(scale.radius), scale.flat_rms,
-               options_->min_neighbours, scale.flat_slope},
+               least, scale.flat_slope},
               s.kernel.data(), &s.moments[at]);
     std::int64_t points = 0;
     for (std::uint32_t i = group.begin; i < group.end; ++i) {
@@ -258,7 +261,7 @@ void Search::run_scale(std::size_t first_group, std::size_t last_group, const Sc
       const kernels::Moments& m = s.moments[entry];
       points += m.count;
       if (m.skipped) {
-        s.reached[entry] = m.count < options_->min_neighbours ? Step::kTooFewPoints : Step::kCurvatureLow;
+        s.reached[entry] = m.count < least ? Step::kTooFewPoints : Step::kCurvatureLow;
         continue;
       }
       s.whole.push_back(entry);
