@@ -113,21 +113,32 @@ double refine_cylinder(const PointArrays& points, double sigma, int steps, Cylin
 
 double arc_of(const PointArrays& points, const Cylinder& c, const Vector3& towards) {
   constexpr std::size_t kMost = 128;
-  const Vector3 u = normalized(towards - dot(towards, c.axis) * c.axis, any_perpendicular(c.axis));
-  const Vector3 v = cross(c.axis, u);
+  const Vector3 ahead = normalized(towards - dot(towards, c.axis) * c.axis, any_perpendicular(c.axis));
+  const Vector3 side = cross(c.axis, ahead);
+  float u[3], v[3], from[3];
+  for (std::size_t k = 0; k < 3; ++k) {
+    u[k] = static_cast<float>(ahead[k]), v[k] = static_cast<float>(side[k]), from[k] = static_cast<float>(c.point[k]);
+  }
   const std::size_t stride = (points.n + kMost - 1) / kMost;
-  float angles[kMost];
+  // What rises with the angle from -pi to pi orders as well: from -2 to 2, without an arc tangent for every point.
+  float turns[kMost];
   std::size_t n = 0;
   for (std::size_t i = 0; i < points.n; i += stride) {
-    const Vector3 d = points[i] - c.point;
-    angles[n++] = std::atan2(static_cast<float>(dot(d, v)), static_cast<float>(dot(d, u)));
+    const float x = points.x[i] - from[0], y = points.y[i] - from[1], z = points.z[i] - from[2];
+    const float a = u[0] * x + u[1] * y + u[2] * z, b = v[0] * x + v[1] * y + v[2] * z;
+    const float cosine = a / std::max(std::fabs(a) + std::fabs(b), 1e-30f);
+    turns[n++] = std::copysign(1 - cosine, b);
   }
   if (n == 0) return 0;
+  const auto angle = [](float turn) {
+    const float cosine = 1 - std::fabs(turn);
+    return std::atan2(std::copysign(1 - std::fabs(cosine), turn), cosine);
+  };
   const std::size_t low = n * 3 / 100, high = std::min(n - 1, n * 97 / 100);
-  std::nth_element(angles, angles + low, angles + n);
-  const float first = angles[low];
-  std::nth_element(angles, angles + high, angles + n);
-  return static_cast<double>(angles[high] - first);
+  std::nth_element(turns, turns + low, turns + n);
+  const float first = angle(turns[low]);
+  std::nth_element(turns + low, turns + high, turns + n);
+  return static_cast<double>(angle(turns[high]) - first);
 }
 
 }  // namespace handhold

@@ -16,17 +16,44 @@ constexpr double kLeastArc = 1.2217;  ///< rad; 70 degrees
 constexpr double kThinnest = 0.004;   ///< m
 constexpr double kWidthSlack = 1.04;
 constexpr int kSteps = 8;
+/// The noise of a cylinder through so many points is below what the sensor and the shape are wrong by.
+constexpr std::size_t kMostFitted = 192;
+/// Of more than kMostTried points, kTried are looked at first, with verdicts that leave room for their noise.
+constexpr std::size_t kTried = 64, kMostTried = 96;
+constexpr double kTrialSlack = 1.2;
 
 bool of_scale(double ball, double radius, double slack) {
   return ball >= kSmallestBall * radius / slack && ball <= (kLargestBall * radius + kLargestBallOffset) * slack;
 }
 
+/// At most `most` of the points, evenly in their order; the same arrays when there are no more.
+PointArrays some_of(const PointArrays& points, std::size_t most, AlignedArray<float>* xyz) {
+  if (points.n <= most) return points;
+  for (std::size_t k = 0; k < 3; ++k) xyz[k].require(most + 16);
+  for (std::size_t i = 0; i < most; ++i) {
+    const std::size_t from = i * points.n / most;
+    xyz[0][i] = points.x[from], xyz[1][i] = points.y[from], xyz[2][i] = points.z[from];
+  }
+  return {xyz[0].data(), xyz[1].data(), xyz[2].data(), most};
+}
+
 }  // namespace
+
+/// Why this cylinder, fitted to a ball's points with that residual, is no part that the hand could hold; kAffordance:
+/// nothing speaks against it. `slack` > 1 refuses less.
+Step Search::refuse(const Vector3& position, double ball, double rms, double sigma, double slack, Cylinder& c) const {
+  if (2 * c.radius > slack * kWidthSlack * options_->hand_aperture) return Step::kCircleWide;
+  if (slack * c.radius < kThinnest || 2 * slack * c.radius < options_->hand_minimum) return Step::kCircleNarrow;
+  // At the sample's height.
+  c.point = -dot(c.point, c.axis) * c.axis + c.point;
+  if (!(dot(c.point, image_->viewpoint() - position) < 0)) return Step::kConcave;
+  if (!of_scale(ball, c.radius, slack) || rms > slack * (kRmsShare * c.radius + sigma)) return Step::kPoorFit;
+  return Step::kAffordance;
+}
 
 Step Search::judge(const Candidate& c, double ball, Scratch& s, Found& found) const {
   const Vector3 to_sensor = image_->viewpoint() - c.position;
-  const auto convex = [&](const Vector3& center) { return dot(c.position - center, to_sensor) > 0; };
-  if (!convex(c.affordance.center)) return Step::kConcave;
+  if (!(dot(c.position - c.affordance.center, to_sensor) > 0)) return Step::kConcave;
   if (!of_scale(ball, c.affordance.radius, 1.5)) return Step::kPoorFit;
 
   const float sample[3] = {static_cast<float>(c.position[0]), static_cast<float>(c.position[1]),
@@ -37,16 +64,20 @@ Step Search::judge(const Candidate& c, double ball, Scratch& s, Found& found) co
   s.x.require(capacity), s.y.require(capacity), s.z.require(capacity);
   const int n = kernels::kernels().collect(near.layer.tiles->view(), blocks, sample, static_cast<float>(ball), nullptr,
                                            s.x.data(), s.y.data(), s.z.data());
-  const PointArrays points{s.x.data(), s.y.data(), s.z.data(), static_cast<std::size_t>(n)};
+  const PointArrays all{s.x.data(), s.y.data(), s.z.data(), static_cast<std::size_t>(n)};
   const double sigma = depth_noise(norm(to_sensor));
   Cylinder cylinder{c.affordance.center - c.position, c.affordance.axis, c.affordance.radius};
+  // Most candidates are none, and some of the points are enough to see it.
+  if (all.n > kMostTried) {
+    const PointArrays few = some_of(all, kTried, s.few);
+    const double rms = refine_cylinder(few, sigma, kSteps, cylinder);
+    const Step step = refuse(c.position, ball, rms, sigma, kTrialSlack, cylinder);
+    if (step != Step::kAffordance) return step;
+  }
+  const PointArrays points = some_of(all, kMostFitted, s.few);
   const double rms = refine_cylinder(points, sigma, kSteps, cylinder);
-  if (2 * cylinder.radius > kWidthSlack * options_->hand_aperture) return Step::kCircleWide;
-  if (cylinder.radius < kThinnest || 2 * cylinder.radius < options_->hand_minimum) return Step::kCircleNarrow;
-  // At the sample's height.
-  cylinder.point = -dot(cylinder.point, cylinder.axis) * cylinder.axis + cylinder.point;
-  if (!convex(c.position + cylinder.point)) return Step::kConcave;
-  if (!of_scale(ball, cylinder.radius, 1) || rms > kRmsShare * cylinder.radius + sigma) return Step::kPoorFit;
+  const Step step = refuse(c.position, ball, rms, sigma, 1, cylinder);
+  if (step != Step::kAffordance) return step;
   const double arc = arc_of(points, cylinder, to_sensor);
   if (arc < kLeastArc) return Step::kPoorFit;
 

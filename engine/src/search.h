@@ -87,6 +87,7 @@ class Search {
     std::vector<Vector3> axis;          ///< by position in `whole`, when the axis is not the quadric's
     std::vector<Candidate> candidates;
     AlignedArray<float> x, y, z;
+    AlignedArray<float> few[3];  ///< x, y, z of some of these points
     std::vector<Found> found;
     StepSeconds seconds;
   };
@@ -100,6 +101,7 @@ class Search {
   void fit(double radius, Scratch& s) const;
   void find_shells(Scratch& s) const;
   void find_cylinders(double radius, Scratch& s) const;
+  Step refuse(const Vector3& position, double ball, double rms, double sigma, double slack, Cylinder& cylinder) const;
   Step judge(const Candidate& candidate, double radius, Scratch& s, Found& found) const;
 
   const Options* options_;
