@@ -14,6 +14,7 @@ constexpr std::size_t kMostPoints = 1600;
 constexpr std::size_t kMostFitted = 300;
 constexpr double kCosNormal = 0.6427876096865394;  ///< points whose normal is farther from radial are another surface's
 constexpr double kNormalBall = 0.008;              ///< m
+constexpr float kNormalShared = 0.004f;            ///< m; neighbouring pixels nearer than this share a normal
 
 }  // namespace
 
@@ -35,7 +36,7 @@ void PartPoints::gather(const Cylinder& c, double low, double high, double sigma
   const double most = 1.05 * c.radius + cylinder_band(c.radius, sigma_) + 0.006;
   const auto reach = static_cast<float>(most);
   near_.fill(*tiles_, *index_, box, box + 3, reach);
-  around_.fill(*tiles_, *index_, box, box + 3, reach + static_cast<float>(kNormalBall));
+  around_.fill(*tiles_, *index_, box, box + 3, reach + kNormalShared + static_cast<float>(kNormalBall));
   const kernels::Tiles tiles = tiles_->view();
   const kernels::Candidates near = near_.view();
   const Vector3 ahead = frame(c).ahead;
@@ -60,27 +61,52 @@ void PartPoints::gather(const Cylinder& c, double low, double high, double sigma
     }
   }
   x_.clear(), y_.clear(), z_.clear(), id_.clear();
-  normals_.clear();
   const std::size_t stride = std::max<std::size_t>(1, (ids_.size() + kMostPoints - 1) / kMostPoints);
   for (std::size_t i = 0; i < ids_.size(); i += stride) {
     const float* at = tiles.points + static_cast<std::size_t>(ids_[i] / 16) * 48 + ids_[i] % 16;
     x_.push_back(at[0]), y_.push_back(at[16]), z_.push_back(at[32]);
     id_.push_back(ids_[i]);
   }
+  normal_at_.assign(id_.size(), kNone);
 }
 
-/// Normal by the plane of least squares through the points around; zero when there are too few. Neighbouring pixels
-/// share one.
-const Vector3& PartPoints::normal_of(std::uint32_t id, const float* p) {
-  const std::uint32_t k = id % 16, quarter = (k >> 3) * 2 + ((k >> 1) & 1);
-  const auto [at, is_new] = normals_.try_emplace(id / 16 * 4 + quarter);
-  Vector3& n = at->second;
-  if (!is_new) return n;
+/// The point's normal, or that of the first one of its 2x2 pixels if it is near. All lines of a frame share them, so
+/// whose normal it is must depend on nothing but the point.
+const Vector3& PartPoints::normal_of(std::size_t i) {
+  std::uint32_t& at = normal_at_[i];
+  if (at == kNone) {
+    at = id_[i];
+    const std::uint32_t first = at & ~std::uint32_t{5};
+    const float* tile = tiles_->view().points + static_cast<std::size_t>(at / 16) * 48;
+    for (const std::uint32_t other : {first, first + 1, first + 4}) {
+      if (other >= at) break;
+      const float* p = tile + other % 16;
+      const float x = p[0] - x_[i], y = p[16] - y_[i], z = p[32] - z_[i];
+      if (x * x + y * y + z * z <= kNormalShared * kNormalShared) {
+        at = other;
+        break;
+      }
+    }
+  }
+  std::uint32_t& of = normals_of_[at / 256];
+  if (of == kNone) {
+    of = static_cast<std::uint32_t>(normals_.size());
+    normals_.emplace_back();
+  }
+  Normal& n = normals_[of][at % 256];
+  if (!n.known) n = {find_normal(at), true};
+  return n.direction;
+}
+
+/// Normal by the plane of least squares through the points around; zero when there are too few.
+Vector3 PartPoints::find_normal(std::uint32_t id) {
+  const float* at = tiles_->view().points + static_cast<std::size_t>(id / 16) * 48 + id % 16;
+  const float p[3] = {at[0], at[16], at[32]};
   const auto capacity = static_cast<std::size_t>(around_.view().padded) * 256 + 16;
   ball_x_.require(capacity), ball_y_.require(capacity), ball_z_.require(capacity);
   const int count = kernels::kernels().collect(tiles_->view(), around_.view(), p, static_cast<float>(kNormalBall),
                                                nullptr, ball_x_.data(), ball_y_.data(), ball_z_.data());
-  if (count < 8) return n;
+  if (count < 8) return {};
   float sum[9] = {};
   for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i) {
     const float x = ball_x_[i], y = ball_y_[i], z = ball_z_[i];
@@ -101,9 +127,8 @@ const Vector3& PartPoints::normal_of(std::uint32_t id, const float* p) {
   const Eigen::Vector3d v = solver.eigenvectors().col(0);
   const Vector3 to_sensor =
       image_->viewpoint() - Vector3{static_cast<double>(p[0]), static_cast<double>(p[1]), static_cast<double>(p[2])};
-  n = Vector3{v[0], v[1], v[2]};
-  if (dot(n, to_sensor) < 0) n = -1.0 * n;
-  return n;
+  const Vector3 n{v[0], v[1], v[2]};
+  return dot(n, to_sensor) < 0 ? -1.0 * n : n;
 }
 
 /// Where the points are, relative to a cylinder.
@@ -122,8 +147,7 @@ void PartPoints::locate(const Cylinder& c) {
 }
 
 bool PartPoints::outward(std::size_t i, const CylinderFrame& f, double& component) {
-  const float p[3] = {x_[i], y_[i], z_[i]};
-  const Vector3& normal = normal_of(id_[i], p);
+  const Vector3& normal = normal_of(i);
   component = side(i) * dot(normal, f.side) + ahead(i) * dot(normal, f.ahead);
   return dot(normal, normal) > 0.5;
 }

@@ -1,9 +1,9 @@
 // The points of the cloud about a line, and which of them lie on a cylinder.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
-#include <unordered_map>
 #include <vector>
 
 #include "aligned.h"
@@ -29,6 +29,8 @@ class PartPoints {
  public:
   void begin(const TileStore& tiles, const NeighbourIndex& index, const DepthImage& image) {
     tiles_ = &tiles, index_ = &index, image_ = &image;
+    normals_.clear();
+    normals_of_.assign(tiles.blocks(), kNone);
   }
 
   CylinderFrame frame(const Cylinder& c) const;
@@ -59,7 +61,13 @@ class PartPoints {
   PointArrays taken() const { return {fit_x_.data(), fit_y_.data(), fit_z_.data(), fit_x_.size()}; }
 
  private:
-  const Vector3& normal_of(std::uint32_t id, const float* p);
+  static constexpr std::uint32_t kNone = 0xffffffff;
+  struct Normal {
+    Vector3 direction{};  ///< unit; zero when it has too few points around
+    bool known = false;
+  };
+  const Vector3& normal_of(std::size_t i);
+  Vector3 find_normal(std::uint32_t id);
   void locate(const Cylinder& c);
   void mark(const Cylinder& c, double low, double high);
   void take(std::size_t most);
@@ -74,7 +82,9 @@ class PartPoints {
   std::vector<float> height_, distance_, side_, ahead_;
   std::vector<char> on_;  ///< lies on the cylinder, with a normal that points away from the axis
   std::vector<std::uint32_t> ids_, selected_;
-  std::unordered_map<std::uint32_t, Vector3> normals_;
+  std::vector<std::uint32_t> normal_at_;          ///< of each point: whose normal it has, a position in the tiles
+  std::vector<std::array<Normal, 256>> normals_;  ///< of the blocks that were asked for, in all lines of the frame
+  std::vector<std::uint32_t> normals_of_;         ///< block -> position in normals_
   AlignedArray<float> ball_x_, ball_y_, ball_z_;
   std::vector<float> fit_x_, fit_y_, fit_z_;
 };
