@@ -13,7 +13,6 @@ namespace {
 constexpr double kSmallestBall = 0.5, kLargestBall = 2.5, kLargestBallOffset = 0.012;
 constexpr double kRmsShare = 0.06;    ///< of the radius, beside the sensor's noise
 constexpr double kLeastArc = 1.2217;  ///< rad; 70 degrees
-constexpr double kThinnest = 0.004;   ///< m
 constexpr double kWidthSlack = 1.04;
 constexpr int kSteps = 8;
 /// The noise of a cylinder through so many points is below what the sensor and the shape are wrong by.
@@ -43,7 +42,7 @@ PointArrays some_of(const PointArrays& points, std::size_t most, AlignedArray<fl
 /// nothing speaks against it. `slack` > 1 refuses less.
 Step Search::refuse(const Vector3& position, double ball, double rms, double sigma, double slack, Cylinder& c) const {
   if (2 * c.radius > slack * kWidthSlack * options_->hand_aperture) return Step::kCircleWide;
-  if (slack * c.radius < kThinnest || 2 * slack * c.radius < options_->hand_minimum) return Step::kCircleNarrow;
+  if (slack * c.radius < kThinnestPart || 2 * slack * c.radius < options_->hand_minimum) return Step::kCircleNarrow;
   // At the sample's height.
   c.point = -dot(c.point, c.axis) * c.axis + c.point;
   if (!(dot(c.point, image_->viewpoint() - position) < 0)) return Step::kConcave;

@@ -75,6 +75,12 @@ double cylinder_residual(double curvature, double radius) {
   return std::sqrt(std::max(0.0, sum2 / n - sum / n * (sum / n)));
 }
 
+/// About the same of a ball about a rod of radius `rod` that lies on a plane (m).
+double rod_residual(double rod, double radius) {
+  const double share = std::min(1.0, 4 * rod / (kPi * radius));
+  return 2 * rod * std::sqrt(share * (1 - share));
+}
+
 }  // namespace
 
 Search::Search(const Options& options) : options_(&options) {
@@ -84,8 +90,9 @@ Search::Search(const Options& options) : options_(&options) {
   std::vector<double> radii = options.effective_radius();
   std::sort(radii.begin(), radii.end());
   for (const double radius : radii) {
-    scales_.push_back({radius, static_cast<float>(kFlatShare * cylinder_residual(widest, radius)),
-                       static_cast<float>(kFlatShare * 0.894 / (2 * widest))});
+    const double flat = kFlatShare * cylinder_residual(widest, radius);
+    scales_.push_back({radius, static_cast<float>(flat), static_cast<float>(kFlatShare * 0.894 / (2 * widest)),
+                       flat < rod_residual(kThinnestPart, radius)});
   }
 }
 
@@ -202,15 +209,18 @@ void Search::run(const float* xyz, std::uint32_t n, std::uint32_t first, Step* s
   }
 }
 
-/// All scales of some groups, the smallest first. A sample's step is the furthest that it came to.
+/// All scales of some groups. A sample's step is the furthest that it came to.
 void Search::run_task(std::size_t first_group, std::size_t last_group, Step* steps, Scratch& s) const {
   s.kernel.require(kernels::scratch_bytes(static_cast<std::int32_t>((*layers_)[0].tiles->blocks())));
   s.moments.require(kGroupsPerTask * kernels::kMaxGroup);
+  s.centres.require(3 * kernels::kMaxGroup);
   s.reached.require(kGroupsPerTask * kernels::kMaxGroup);
-  for (std::size_t i = 0; i < scales_.size(); ++i) {
-    for (std::size_t g = first_group; g < last_group; ++g)
-      choose_layer(scales_[i], i > 0 ? &scales_[i - 1] : nullptr, s.near[g - first_group]);
-    run_scale(first_group, last_group, scales_[i], s);
+  s.done.assign(groups_[last_group - 1].end - groups_[first_group].begin, 0);
+  for (std::size_t g = first_group; g < last_group; ++g) measure_density(groups_[g], s.near[g - first_group], s);
+  // The largest one first: where it is flat, the smaller ones need not be looked at.
+  for (auto scale = scales_.rbegin(); scale != scales_.rend(); ++scale) {
+    for (std::size_t g = first_group; g < last_group; ++g) choose_layer(*scale, s.near[g - first_group]);
+    run_scale(first_group, last_group, *scale, s);
     for (std::size_t k = 0; k < s.sample.size(); ++k) {
       Step& step = steps[number_[s.sample[k]]];
       step = std::max(step, s.reached[k]);
@@ -218,15 +228,31 @@ void Search::run_task(std::size_t first_group, std::size_t last_group, Step* ste
   }
 }
 
-/// The thinnest layer that has enough points. How many there are the smaller scale tells; the smallest one sees all.
-void Search::choose_layer(const Scale& scale, const Scale* smaller, Near& near) const {
-  std::size_t i = 0;
+/// Points of the full cloud per square of a ball's radius, from three of the group's samples; 0: thinning is not
+/// wanted.
+void Search::measure_density(const Group& group, Near& near, Scratch& s) const {
+  near.density = 0;
   // Normals are those of the full cloud's points.
-  if (image_ && smaller && options_->axis != AxisEstimator::kNormals) {
-    const double growth = scale.radius / smaller->radius;
-    for (double points = near.points * growth * growth / 4; points >= kEnoughPoints && i + 1 < layers_->size(); ++i)
-      points /= 4;
+  if (!image_ || layers_->size() == 1 || options_->axis == AxisEstimator::kNormals) return;
+  const auto [tiles, index] = (*layers_)[0];
+  const auto radius = static_cast<float>(scales_.front().radius);
+  near.blocks.fill(*tiles, *index, group.low, group.high, radius);
+  const auto capacity = static_cast<std::size_t>(near.blocks.view().padded) * 256 + 16;
+  s.x.require(capacity), s.y.require(capacity), s.z.require(capacity);
+  int points = 0;
+  for (const std::uint32_t i : {group.begin, group.begin + (group.end - group.begin) / 2, group.end - 1}) {
+    points += kernels::kernels().collect(tiles->view(), near.blocks.view(), &sorted_[3 * static_cast<std::size_t>(i)],
+                                         radius, nullptr, s.x.data(), s.y.data(), s.z.data());
   }
+  near.density = points / (3.0 * static_cast<double>(radius) * static_cast<double>(radius));
+}
+
+/// The thinnest layer that has enough points.
+void Search::choose_layer(const Scale& scale, Near& near) const {
+  std::size_t i = 0;
+  for (double points = near.density * scale.radius * scale.radius / 4;
+       points >= kEnoughPoints && i + 1 < layers_->size(); ++i)
+    points /= 4;
   near.layer = (*layers_)[i];
   near.share = 1.0 / static_cast<double>(1u << 2 * i);
 }
@@ -238,30 +264,35 @@ void Search::run_scale(std::size_t first_group, std::size_t last_group, const Sc
   s.whole.clear();
   s.axis.clear();
   s.candidates.clear();
+  const std::uint32_t first = groups_[first_group].begin;
   Stopwatch watch;
   for (std::size_t g = first_group; g < last_group; ++g) {
     const Group& group = groups_[g];
     Near& near = s.near[g - first_group];
     const TileStore& tiles = *near.layer.tiles;
+    const auto at = static_cast<std::uint32_t>(s.sample.size());
+    for (std::uint32_t i = group.begin; i < group.end; ++i) {
+      if (s.done[i - first]) continue;
+      std::copy_n(&sorted_[3 * static_cast<std::size_t>(i)], 3, &s.centres[3 * (s.sample.size() - at)]);
+      s.sample.push_back(i);
+      s.group.push_back(static_cast<std::uint32_t>(g - first_group));
+    }
+    const auto n = static_cast<std::int32_t>(s.sample.size() - at);
+    if (n == 0) continue;
     near.blocks.fill(tiles, *near.layer.index, group.low, group.high, static_cast<float>(scale.radius));
     watch.lap(s.seconds.neighbours);
-    const auto at = static_cast<std::uint32_t>(s.sample.size());
-    const auto n = static_cast<std::int32_t>(group.end - group.begin);
     // Of a thinned layer's points a fit needs as many as of any, but no more than their share of what the user wants.
     const int least = std::max(kLeastOfFit, static_cast<int>(std::ceil(options_->min_neighbours * near.share)));
     k.moments(tiles.view(), near.blocks.view(),
-              {&sorted_[3 * static_cast<std::size_t>(group.begin)], n, static_cast<float>(scale.radius), scale.flat_rms,
-               least, scale.flat_slope},
+              {s.centres.data(), n, static_cast<float>(scale.radius), scale.flat_rms, least, scale.flat_slope},
               s.kernel.data(), &s.moments[at]);
-    std::int64_t points = 0;
-    for (std::uint32_t i = group.begin; i < group.end; ++i) {
-      const std::uint32_t entry = at + i - group.begin;
-      s.sample.push_back(i);
-      s.group.push_back(static_cast<std::uint32_t>(g - first_group));
+    for (std::uint32_t entry = at; entry < s.sample.size(); ++entry) {
+      const std::uint32_t i = s.sample[entry];
       const kernels::Moments& m = s.moments[entry];
-      points += m.count;
       if (m.skipped) {
-        s.reached[entry] = m.count < least ? Step::kTooFewPoints : Step::kCurvatureLow;
+        const bool flat = m.count >= least;
+        s.reached[entry] = flat ? Step::kCurvatureLow : Step::kTooFewPoints;
+        s.done[i - first] = image_ && flat && scale.shows_rods;
         continue;
       }
       s.whole.push_back(entry);
@@ -272,7 +303,6 @@ void Search::run_scale(std::size_t first_group, std::size_t last_group, const Sc
                                                                      static_cast<float>(scale.radius))));
       }
     }
-    near.points = static_cast<double>(points) / (n * near.share);
     watch.lap(s.seconds.moments);
   }
   fit(scale.radius, s);

@@ -22,6 +22,9 @@
 
 namespace handhold {
 
+/// No part that the default method finds has a smaller radius (m).
+inline constexpr double kThinnestPart = 0.004;
+
 /// Time spent in each step, summed over the threads (s).
 struct StepSeconds {
   double neighbours = 0, moments = 0, fit = 0, shell = 0;
@@ -54,13 +57,14 @@ class Search {
   struct Scale {
     double radius;  ///< m
     float flat_rms, flat_slope;
+    bool shows_rods;  ///< what is too flat here holds no part, however thin
   };
   /// What a group of a task looks at.
   struct Near {
     Layer layer;
     double share = 1;  ///< of the cloud's points in that layer
     CandidateList blocks;
-    double points = 0;  ///< mean number of points of the last scale's neighbourhoods in the full cloud
+    double density = 0;  ///< points of the full cloud in a ball, per square of its radius (1/m^2)
   };
   struct Candidate {
     std::uint32_t entry;  ///< of the task's samples
@@ -78,11 +82,13 @@ class Search {
     std::array<Near, kGroupsPerTask> near;
     CandidateList shells;
     AlignedArray<std::byte> kernel;
+    AlignedArray<float> centres;  ///< of the group that is summed (m)
     AlignedArray<kernels::Moments> moments;
     kernels::FitBatch fit;
     std::vector<std::uint32_t> sample;  ///< of each entry of `moments`: position in the sorted order
     std::vector<std::uint32_t> group;   ///< of each entry of `moments`: position in the task
     AlignedArray<Step> reached;         ///< where each entry ended
+    std::vector<char> done;             ///< samples of the task that no smaller scale need look at
     std::vector<std::uint32_t> whole;   ///< entries whose moments are valid
     std::vector<Vector3> axis;          ///< by position in `whole`, when the axis is not the quadric's
     std::vector<Candidate> candidates;
@@ -97,7 +103,8 @@ class Search {
   void make_tasks(std::uint32_t n);
   void run_task(std::size_t first_group, std::size_t last_group, Step* steps, Scratch& s) const;
   void run_scale(std::size_t first_group, std::size_t last_group, const Scale& scale, Scratch& s) const;
-  void choose_layer(const Scale& scale, const Scale* smaller, Near& near) const;
+  void measure_density(const Group& group, Near& near, Scratch& s) const;
+  void choose_layer(const Scale& scale, Near& near) const;
   void fit(double radius, Scratch& s) const;
   void find_shells(Scratch& s) const;
   void find_cylinders(double radius, Scratch& s) const;
