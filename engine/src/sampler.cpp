@@ -148,35 +148,56 @@ Sampler::Draw Sampler::draw(int round, int sample, int attempt) const {
   return {j, x, options_->strategy == Strategy::kSum || is_nearest(j, x)};
 }
 
-bool Sampler::snap(const Vector3& position, float* xyz) {
-  Scratch& s = scratch_.local();
-  const float c[3] = {static_cast<float>(position[0]), static_cast<float>(position[1]),
-                      static_cast<float>(position[2])};
-  // Most draws lie near a surface: a small ball first, the whole one only if it is empty.
-  for (const float r : {0.2f * snap_radius_, snap_radius_}) {
-    s.near.fill(*tiles_, *index_, c, c, r);
-    const std::size_t capacity = static_cast<std::size_t>(s.near.view().padded) * 256 + 16;
-    s.x.require(capacity), s.y.require(capacity), s.z.require(capacity);
-    const int n =
-        kernels::kernels().collect(tiles_->view(), s.near.view(), c, r, nullptr, s.x.data(), s.y.data(), s.z.data());
-    int best = -1;
-    float best2 = std::numeric_limits<float>::infinity();
-    for (int i = 0; i < n; ++i) {
-      const auto k = static_cast<std::size_t>(i);
-      const float d2 = s.x[k] * s.x[k] + s.y[k] * s.y[k] + s.z[k] * s.z[k];
-      if (d2 < best2) {
-        const float p[3] = {c[0] + s.x[k], c[1] + s.y[k], c[2] + s.z[k]};
-        if (options_->workspace && !in_workspace(p)) continue;
-        best2 = d2, best = i;
-      }
-    }
-    if (best >= 0) {
-      const auto k = static_cast<std::size_t>(best);
-      xyz[0] = c[0] + s.x[k], xyz[1] = c[1] + s.y[k], xyz[2] = c[2] + s.z[k];
-      return true;
-    }
+/// The next draw of a sample that is accepted, from this attempt on; false: there is none.
+bool Sampler::next(int round, int sample, int attempt, Proposal& proposal) const {
+  for (; attempt < kTries; ++attempt) {
+    const Draw d = draw(round, sample, attempt);
+    if (!d.accepted) continue;
+    const double size = kCellSigmas * options_->effective_proposal_sigma();
+    const Vector3& x = d.position;
+    proposal.cell = cell_key(cell_of(x[0], size), cell_of(x[1], size), cell_of(x[2], size));
+    proposal.sample = sample, proposal.attempt = attempt;
+    for (std::size_t k = 0; k < 3; ++k) proposal.position[k] = static_cast<float>(x[k]);
+    return true;
   }
   return false;
+}
+
+/// The nearest point of the cloud within the radius, from the blocks of s.near; false: there is none.
+bool Sampler::nearest(const Proposal& proposal, float radius, Scratch& s, float* xyz) const {
+  const float* c = proposal.position.data();
+  const std::size_t capacity = static_cast<std::size_t>(s.near.view().padded) * 256 + 16;
+  s.x.require(capacity), s.y.require(capacity), s.z.require(capacity);
+  const int n =
+      kernels::kernels().collect(tiles_->view(), s.near.view(), c, radius, nullptr, s.x.data(), s.y.data(), s.z.data());
+  float best2 = std::numeric_limits<float>::infinity();
+  for (std::size_t k = 0; k < static_cast<std::size_t>(n); ++k) {
+    const float d2 = s.x[k] * s.x[k] + s.y[k] * s.y[k] + s.z[k] * s.z[k];
+    if (d2 >= best2) continue;
+    const float p[3] = {c[0] + s.x[k], c[1] + s.y[k], c[2] + s.z[k]};
+    if (options_->workspace && !in_workspace(p)) continue;
+    best2 = d2;
+    std::copy(p, p + 3, xyz);
+  }
+  return best2 < std::numeric_limits<float>::infinity();
+}
+
+/// Brings near proposals to the cloud; those that are too far from it stay in the list.
+void Sampler::snap(std::vector<Proposal>& proposals, Scratch& s, float* xyz) const {
+  // Most draws lie near a surface: small balls first, the whole one only if they are empty.
+  for (const float share : {0.2f, 0.45f, 1.0f}) {
+    if (proposals.empty()) return;
+    std::array<float, 3> low = proposals.front().position, high = low;
+    for (const Proposal& p : proposals) {
+      for (std::size_t k = 0; k < 3; ++k) {
+        low[k] = std::min(low[k], p.position[k]), high[k] = std::max(high[k], p.position[k]);
+      }
+    }
+    const float radius = share * snap_radius_;
+    s.near.fill(*tiles_, *index_, low.data(), high.data(), radius);
+    const auto found = [&](const Proposal& p) { return nearest(p, radius, s, xyz + 3 * p.sample); };
+    proposals.erase(std::remove_if(proposals.begin(), proposals.end(), found), proposals.end());
+  }
 }
 
 void Sampler::propose(int round, int n, float* xyz) {
@@ -184,14 +205,41 @@ void Sampler::propose(int round, int n, float* xyz) {
     uniform(round, n, xyz);
     return;
   }
+  proposals_.resize(static_cast<std::size_t>(n));
   tbb::parallel_for(tbb::blocked_range<int>(0, n, 16), [&](const auto& range) {
     for (int i = range.begin(); i < range.end(); ++i) {
-      bool done = false;
-      for (int attempt = 0; attempt < kTries && !done; ++attempt) {
-        const Draw d = draw(round, i, attempt);
-        done = d.accepted && snap(d.position, xyz + 3 * i);
+      Proposal& p = proposals_[static_cast<std::size_t>(i)];
+      if (next(round, i, 0, p)) continue;
+      p.attempt = kTries;
+      draw_uniform(round, i, xyz + 3 * i);
+    }
+  });
+  const auto none = [](const Proposal& p) { return p.attempt == kTries; };
+  proposals_.erase(std::remove_if(proposals_.begin(), proposals_.end(), none), proposals_.end());
+  std::sort(proposals_.begin(), proposals_.end(), [](const Proposal& a, const Proposal& b) {
+    return a.cell != b.cell ? a.cell < b.cell : a.sample < b.sample;
+  });
+  runs_.clear();
+  for (std::size_t i = 0; i < proposals_.size(); ++i) {
+    if (i == 0 || proposals_[i].cell != proposals_[i - 1].cell) runs_.push_back(i);
+  }
+  const std::size_t runs = runs_.size();
+  runs_.push_back(proposals_.size());
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, runs, 4), [&](const auto& range) {
+    Scratch& s = scratch_.local();
+    for (std::size_t run = range.begin(); run < range.end(); ++run) {
+      s.run.assign(proposals_.begin() + static_cast<std::ptrdiff_t>(runs_[run]),
+                   proposals_.begin() + static_cast<std::ptrdiff_t>(runs_[run + 1]));
+      snap(s.run, s, xyz);
+      s.lost = s.run;
+      for (Proposal p : s.lost) {
+        // Far from the cloud: the sample is drawn again.
+        for (s.run.assign(1, p); !s.run.empty() && next(round, p.sample, p.attempt + 1, p);) {
+          s.run.assign(1, p);
+          snap(s.run, s, xyz);
+        }
+        if (!s.run.empty()) draw_uniform(round, p.sample, xyz + 3 * p.sample);
       }
-      if (!done) draw_uniform(round, i, xyz + 3 * i);
     }
   });
 }

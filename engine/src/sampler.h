@@ -3,6 +3,7 @@
 
 #include <tbb/enumerable_thread_specific.h>
 
+#include <array>
 #include <cstdint>
 #include <vector>
 
@@ -49,13 +50,22 @@ class Sampler {
  private:
   void draw_uniform(int round, int sample, float* xyz) const;
   bool is_nearest(std::size_t centre, const Vector3& position) const;
-  bool snap(const Vector3& position, float* xyz);
   bool in_workspace(const float* p) const;
 
+  /// A draw that was accepted, on its way to the cloud.
+  struct Proposal {
+    std::uint64_t cell;  ///< those of one cell are taken together
+    int sample, attempt;
+    std::array<float, 3> position;  ///< m
+  };
   struct Scratch {
     CandidateList near;
     AlignedArray<float> x, y, z;
+    std::vector<Proposal> run, lost;
   };
+  bool next(int round, int sample, int attempt, Proposal& proposal) const;
+  bool nearest(const Proposal& proposal, float radius, Scratch& s, float* xyz) const;
+  void snap(std::vector<Proposal>& proposals, Scratch& s, float* xyz) const;
   const Options* options_;
   const TileStore* tiles_ = nullptr;
   const NeighbourIndex* index_ = nullptr;
@@ -70,6 +80,8 @@ class Sampler {
   std::vector<Vector3> centres_;
   std::vector<Entry> entries_;
   std::vector<std::uint32_t> entry_of_;  ///< centre -> its entry
+  std::vector<Proposal> proposals_;
+  std::vector<std::size_t> runs_;  ///< the first proposal of each cell, and the end
   tbb::enumerable_thread_specific<Scratch> scratch_;
 };
 
