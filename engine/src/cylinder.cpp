@@ -120,14 +120,23 @@ double arc_of(const PointArrays& points, const Cylinder& c, const Vector3& towar
     u[k] = static_cast<float>(ahead[k]), v[k] = static_cast<float>(side[k]), from[k] = static_cast<float>(c.point[k]);
   }
   const std::size_t stride = (points.n + kMost - 1) / kMost;
-  // What rises with the angle from -pi to pi orders as well: from -2 to 2, without an arc tangent for every point.
-  float turns[kMost];
+  // What rises with the angle from -pi to pi orders as well: from -2 to 2, without an arc tangent for every point. Of
+  // the ordered ones only the first few and the last few are needed.
+  constexpr std::size_t kEnds = kMost * 3 / 100 + 1;
+  float first[kEnds], last[kEnds];  // ascending; the last ones negated
+  std::fill(first, first + kEnds, 3.0f), std::fill(last, last + kEnds, 3.0f);
+  const auto insert = [](float turn, float* sorted) {
+    for (std::size_t k = 0; turn < sorted[kEnds - 1] && k < kEnds; ++k) {
+      if (turn < sorted[k]) std::swap(turn, sorted[k]);
+    }
+  };
   std::size_t n = 0;
-  for (std::size_t i = 0; i < points.n; i += stride) {
+  for (std::size_t i = 0; i < points.n; i += stride, ++n) {
     const float x = points.x[i] - from[0], y = points.y[i] - from[1], z = points.z[i] - from[2];
     const float a = u[0] * x + u[1] * y + u[2] * z, b = v[0] * x + v[1] * y + v[2] * z;
     const float cosine = a / std::max(std::fabs(a) + std::fabs(b), 1e-30f);
-    turns[n++] = std::copysign(1 - cosine, b);
+    const float turn = std::copysign(1 - cosine, b);
+    insert(turn, first), insert(-turn, last);
   }
   if (n == 0) return 0;
   const auto angle = [](float turn) {
@@ -135,10 +144,7 @@ double arc_of(const PointArrays& points, const Cylinder& c, const Vector3& towar
     return std::atan2(std::copysign(1 - std::fabs(cosine), turn), cosine);
   };
   const std::size_t low = n * 3 / 100, high = std::min(n - 1, n * 97 / 100);
-  std::nth_element(turns, turns + low, turns + n);
-  const float first = angle(turns[low]);
-  std::nth_element(turns + low, turns + high, turns + n);
-  return static_cast<double>(angle(turns[high]) - first);
+  return static_cast<double>(angle(-last[n - 1 - high]) - angle(first[low]));
 }
 
 }  // namespace handhold

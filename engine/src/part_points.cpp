@@ -15,6 +15,8 @@ constexpr std::size_t kMostFitted = 300;
 constexpr double kCosNormal = 0.6427876096865394;  ///< points whose normal is farther from radial are another surface's
 constexpr double kNormalBall = 0.008;              ///< m
 constexpr float kNormalShared = 0.004f;            ///< m; neighbouring pixels nearer than this share a normal
+constexpr double kBehind = 0.3;       ///< of the distance from the axis: points farther behind it are another surface's
+constexpr float kBoxSlack = 1.0001f;  ///< for the rounding of boxes
 
 }  // namespace
 
@@ -41,9 +43,14 @@ void PartPoints::gather(const Cylinder& c, double low, double high, double sigma
   const kernels::Candidates near = near_.view();
   const Vector3 ahead = frame(c).ahead;
   ids_.clear();
+  for (std::size_t k = 0; k < 3; ++k) box[k] -= reach * kBoxSlack, box[3 + k] += reach * kBoxSlack;
   for (std::int32_t i = 0; i < near.padded; ++i) {
     if (near.boxes[0][i] >= kernels::kFar) continue;
+    const float* boxes = tiles.boxes + static_cast<std::size_t>(near.block[i]) * 96;
     for (std::uint32_t t = 0; t < kernels::kBlockTiles; ++t) {
+      bool outside = false;
+      for (std::size_t k = 0; k < 3; ++k) outside |= boxes[16 * k + t] > box[3 + k] || boxes[48 + 16 * k + t] < box[k];
+      if (outside) continue;
       const std::uint32_t tile = near.block[i] * kernels::kBlockTiles + t;
       const float* p = tiles.points + static_cast<std::size_t>(tile) * 48;
       for (std::uint32_t k = 0; k < kernels::kTilePoints; ++k) {
@@ -53,9 +60,10 @@ void PartPoints::gather(const Cylinder& c, double low, double high, double sigma
             c.point;
         const double height = dot(d, c.axis);
         if (height < low || height > high) continue;
-        const Vector3 across = d - height * c.axis;
-        const double distance2 = dot(across, across);
-        if (distance2 > most * most || dot(across, ahead) < -0.3 * std::sqrt(distance2)) continue;
+        const double distance2 = dot(d, d) - height * height;
+        if (distance2 > most * most) continue;
+        const double before = dot(d, ahead);  // which is across the axis
+        if (before < 0 && before * before > kBehind * kBehind * distance2) continue;
         ids_.push_back(16 * tile + k);
       }
     }
