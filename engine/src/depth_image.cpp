@@ -219,27 +219,38 @@ void DepthImage::fill_shadows() {
 /// Large regions without measurements at the border are where the sensor looked past everything.
 void DepthImage::fill_void() {
   const std::size_t enough = depth_.size() / 150;
-  std::vector<std::int32_t>& queue = queue_;
-  std::vector<char> seen(depth_.size(), 0);
-  const auto visit = [&](int x, int y) {
-    if (x < 0 || y < 0 || x >= width_ || y >= height_) return;
-    const auto at = static_cast<std::int32_t>(y * width_ + x);
-    if (seen[static_cast<std::size_t>(at)] || depth_[static_cast<std::size_t>(at)] > 0) return;
-    seen[static_cast<std::size_t>(at)] = 1;
-    queue.push_back(at);
+  // Runs of missing pixels, row by row, joined to regions with those of the row above that they touch.
+  runs_.clear();
+  const auto region = [&](std::size_t i) {
+    while (runs_[i].region != i) i = runs_[i].region = runs_[runs_[i].region].region;
+    return i;
   };
-  const auto flood = [&](int x, int y) {
-    queue.clear();
-    visit(x, y);
-    for (std::size_t i = 0; i < queue.size(); ++i) {
-      const int cx = queue[i] % width_, cy = queue[i] / width_;
-      visit(cx - 1, cy), visit(cx + 1, cy), visit(cx, cy - 1), visit(cx, cy + 1);
+  std::size_t above = 0, above_end = 0;
+  for (int y = 0; y < height_; ++y) {
+    const float* row = depth_.data() + static_cast<std::size_t>(y) * static_cast<std::size_t>(width_);
+    const std::size_t first = runs_.size();
+    for (int x = 0; x < width_; ++x) {
+      if (row[x] > 0) continue;
+      const int begin = x;
+      while (x < width_ && !(row[x] > 0)) ++x;
+      const bool border = begin == 0 || x == width_ || y == 0 || y + 1 == height_;
+      runs_.push_back({y, begin, x, runs_.size(), static_cast<std::size_t>(x - begin), border});
+      for (; above < above_end && runs_[above].end <= begin; ++above) {
+      }
+      for (std::size_t i = above; i < above_end && runs_[i].begin < x; ++i) {
+        const std::size_t a = region(i), b = region(runs_.size() - 1);
+        if (a == b) continue;
+        runs_[a].region = b, runs_[b].pixels += runs_[a].pixels, runs_[b].border |= runs_[a].border;
+      }
     }
-    if (queue.size() < enough) return;
-    for (const std::int32_t at : queue) depth_[static_cast<std::size_t>(at)] = kVoid;
-  };
-  for (int x = 0; x < width_; ++x) flood(x, 0), flood(x, height_ - 1);
-  for (int y = 0; y < height_; ++y) flood(0, y), flood(width_ - 1, y);
+    above = first, above_end = runs_.size();
+  }
+  for (std::size_t i = 0; i < runs_.size(); ++i) {
+    const Run& whole = runs_[region(i)];
+    if (!whole.border || whole.pixels < enough) continue;
+    float* row = depth_.data() + static_cast<std::size_t>(runs_[i].row) * static_cast<std::size_t>(width_);
+    std::fill(row + runs_[i].begin, row + runs_[i].end, kVoid);
+  }
 }
 
 }  // namespace handhold

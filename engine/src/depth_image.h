@@ -76,7 +76,14 @@ class DepthImage {
   int width_ = 0, height_ = 0;
   std::vector<float> depth_;  ///< m; 0: unknown, infinity: nothing within the sensor's range
   std::vector<float> filled_;
-  std::vector<std::int32_t> queue_;
+  /// Missing pixels side by side.
+  struct Run {
+    int row, begin, end;
+    std::size_t region;  ///< another run of the same region, or itself; of the last one also holds:
+    std::size_t pixels;  ///< of the region
+    bool border;         ///< some of them are at the image's border
+  };
+  std::vector<Run> runs_;
 };
 
 }  // namespace handhold
