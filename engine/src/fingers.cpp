@@ -53,7 +53,6 @@ Grip FingerTest::at(const Vector3& center, const Vector3& axis, double radius, d
   };
   to_float(up, query.up), to_float(along, query.along);
   double found[2] = {0, 0}, distance[2] = {0, 0};
-  bool open[2] = {false, false};
   for (int k = 0; k < 2; ++k) {
     const Vector3 out = k == 0 ? left : -1.0 * left;
     to_float(image_->project(center + ((first + 0.5) * kStep) * out + lowest * grip.from - (0.35 * width) * axis),
@@ -62,35 +61,31 @@ Grip FingerTest::at(const Vector3& center, const Vector3& axis, double radius, d
     std::array<float, kMostColumns> free;
     kernels::kernels().free_places(query, free.data());
     int sum = 0;
+    bool open = false;
     for (int c = 0; c < columns; ++c) {
       sum += static_cast<int>(free[static_cast<std::size_t>(c)]);
       if (c >= finger) sum -= static_cast<int>(free[static_cast<std::size_t>(c - finger)]);
       if (c + 1 < finger) continue;
       const double share = static_cast<double>(sum) / (kDepths * kWidths * finger);
-      found[k] = std::max(found[k], share);
       if (share >= options_->min_free) {
-        open[k] = true;
+        open = true;
         found[k] = share;
         distance[k] = (first + c + 1 - finger) * kStep;
         break;
       }
     }
-    if (!open[k] && found[k] < 0.01) break;
+    if (!open) return grip;
   }
   grip.free = std::min(found[0], found[1]);
   grip.opening = distance[0] + distance[1];
-  grip.fits = open[0] && open[1] && grip.opening <= options_->hand_aperture + 2 * kPlay;
+  grip.fits = grip.opening <= options_->hand_aperture + 2 * kPlay;
   return grip;
 }
 
 Grip FingerTest::any(const Vector3& center, const Vector3& axis, double radius, double width) const {
-  Grip best;
-  for (int i = 0; i < kAngles; ++i) {
-    const Grip grip = at(center, axis, radius, width, angle(i));
-    if (grip.fits) return grip;
-    if (i == 0 || grip.free > best.free) best = grip;
-  }
-  return best;
+  Grip grip;
+  for (int i = 0; i < kAngles && !grip.fits; ++i) grip = at(center, axis, radius, width, angle(i));
+  return grip;
 }
 
 }  // namespace handhold

@@ -12,8 +12,8 @@ namespace handhold {
 
 struct Grip {
   bool fits = false;
-  double free = 0;     ///< 0..1; share of the finger volumes that was seen empty, of the worse finger
-  double opening = 0;  ///< m; distance between the fingers
+  double free = 0;  ///< 0..1; share of the finger volumes that was seen empty, of the worse finger; 0: one has no place
+  double opening = 0;  ///< m; distance between the fingers; 0: one has no place
   Vector3 from{};      ///< unit; from the part towards the hand
   double angle = 0;    ///< rad; of `from` about the axis, 0 towards the sensor
 };
@@ -29,7 +29,7 @@ class FingerTest {
 
   /// The hand about one slice of a part: centred on the axis, `width` (m) long, at one approach angle (rad).
   Grip at(const Vector3& center, const Vector3& axis, double radius, double width, double angle) const;
-  /// The first approach angle at which it fits, or the grip with the largest free share.
+  /// The first approach angle at which it fits, if there is one.
   Grip any(const Vector3& center, const Vector3& axis, double radius, double width) const;
 
  private:
