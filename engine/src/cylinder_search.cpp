@@ -16,9 +16,10 @@ constexpr double kLeastArc = 1.2217;  ///< rad; 70 degrees
 constexpr double kWidthSlack = 1.04;
 constexpr int kSteps = 8;
 /// The noise of a cylinder through so many points is below what the sensor and the shape are wrong by.
-constexpr std::size_t kMostFitted = 192;
+constexpr std::size_t kMostFitted = 160;
 /// Of more than kMostTried points, kTried are looked at first, with verdicts that leave room for their noise.
-constexpr std::size_t kTried = 64, kMostTried = 96;
+constexpr std::size_t kTried = 48, kMostTried = 80;
+constexpr int kTrialSteps = 4;
 constexpr double kTrialSlack = 1.2;
 
 bool of_scale(double ball, double radius, double slack) {
@@ -69,7 +70,7 @@ Step Search::judge(const Candidate& c, double ball, Scratch& s, Found& found) co
   // Most candidates are none, and some of the points are enough to see it.
   if (all.n > kMostTried) {
     const PointArrays few = some_of(all, kTried, s.few);
-    const double rms = refine_cylinder(few, sigma, kSteps, cylinder);
+    const double rms = refine_cylinder(few, sigma, kTrialSteps, cylinder);
     const Step step = refuse(c.position, ball, rms, sigma, kTrialSlack, cylinder);
     if (step != Step::kAffordance) return step;
   }
