@@ -88,7 +88,7 @@ class Search {
     std::vector<std::uint32_t> sample;  ///< of each entry of `moments`: position in the sorted order
     std::vector<std::uint32_t> group;   ///< of each entry of `moments`: position in the task
     AlignedArray<Step> reached;         ///< where each entry ended
-    std::vector<char> done;             ///< samples of the task that no smaller scale need look at
+    std::vector<int> flat;              ///< of each sample of the task: at how many scales in a row, the last ones
     std::vector<std::uint32_t> whole;   ///< entries whose moments are valid
     std::vector<Vector3> axis;          ///< by position in `whole`, when the axis is not the quadric's
     std::vector<Candidate> candidates;
