@@ -144,14 +144,18 @@ void PartPoints::locate(const Cylinder& c) {
   const CylinderFrame f = frame(c);
   const std::size_t n = size();
   height_.resize(n), distance_.resize(n), side_.resize(n), ahead_.resize(n);
-  for (std::size_t i = 0; i < n; ++i) {
-    const Vector3 d =
-        Vector3{static_cast<double>(x_[i]), static_cast<double>(y_[i]), static_cast<double>(z_[i])} - c.point;
-    const double u = dot(d, f.side), v = dot(d, f.ahead);
-    height_[i] = static_cast<float>(dot(d, c.axis));
-    side_[i] = static_cast<float>(u), ahead_[i] = static_cast<float>(v);
-    distance_[i] = static_cast<float>(std::sqrt(u * u + v * v));
+  float from[3], along[3], across[3], before[3];
+  for (std::size_t k = 0; k < 3; ++k) {
+    from[k] = static_cast<float>(c.point[k]), along[k] = static_cast<float>(c.axis[k]);
+    across[k] = static_cast<float>(f.side[k]), before[k] = static_cast<float>(f.ahead[k]);
   }
+  for (std::size_t i = 0; i < n; ++i) {
+    const float x = x_[i] - from[0], y = y_[i] - from[1], z = z_[i] - from[2];
+    height_[i] = along[0] * x + along[1] * y + along[2] * z;
+    side_[i] = across[0] * x + across[1] * y + across[2] * z;
+    ahead_[i] = before[0] * x + before[1] * y + before[2] * z;
+  }
+  for (std::size_t i = 0; i < n; ++i) distance_[i] = std::sqrt(side_[i] * side_[i] + ahead_[i] * ahead_[i]);
 }
 
 bool PartPoints::outward(std::size_t i, const CylinderFrame& f, double& component) {
