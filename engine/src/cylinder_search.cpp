@@ -73,6 +73,7 @@ Step Search::judge(const Candidate& c, double ball, Scratch& s, Found& found) co
     const double rms = refine_cylinder(few, sigma, kTrialSteps, cylinder);
     const Step step = refuse(c.position, ball, rms, sigma, kTrialSlack, cylinder);
     if (step != Step::kAffordance) return step;
+    if (kTrialSlack * arc_of(few, cylinder, to_sensor) < kLeastArc) return Step::kPoorFit;
   }
   const PointArrays points = some_of(all, kMostFitted, s.few);
   const double rms = refine_cylinder(points, sigma, kSteps, cylinder);
