@@ -22,8 +22,8 @@ constexpr std::uint32_t kTasks = 16, kLeastTask = 32;
 /// Points that a neighbourhood of the thinned cloud should hold, and those without which there is no quadric.
 constexpr double kEnoughPoints = 150;
 constexpr int kLeastOfFit = 10;
-/// A sample whose curvature is too low at so many radii in a row, from the largest on, is not looked at any closer: of
-/// such samples, 3 % had an affordance at a smaller radius, most of them of noise.
+/// A sample whose curvature is too low at so many radii in a row, from the largest on, is not looked at any closer: 3 %
+/// of such samples have an affordance at a smaller radius, and the handles are as right without them.
 constexpr int kFlatScales = 2;
 /// Centres of shells that one index query serves lie in a box of at most this diagonal (m).
 constexpr float kShellGroup = 0.12f;
