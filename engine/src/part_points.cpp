@@ -10,7 +10,7 @@
 namespace handhold {
 namespace {
 
-constexpr std::size_t kMostPoints = 1600;
+constexpr std::size_t kMostPoints = 1000;
 constexpr std::size_t kMostFitted = 300;
 constexpr double kCosNormal = 0.6427876096865394;  ///< points whose normal is farther from radial are another surface's
 constexpr double kNormalBall = 0.008;              ///< m
