@@ -73,21 +73,48 @@ double PartCheck::corner_gain(double residual) {
   return std::log((std::sqrt(least / static_cast<double>(n)) + 1e-5) / (residual + 1e-5));
 }
 
+/// Fits `c` again to its points between `low` and `high`; false, and nothing changes: they are of something else.
+bool PartCheck::refit(double low, double high, Cylinder& c) {
+  if (points_.select(c, low, high) < kLeastPoints) return false;
+  Cylinder fit = c;
+  refine_cylinder(points_.taken(), sigma_, kSteps, fit);
+  if (std::fabs(dot(fit.axis, c.axis)) < 0.95 || std::fabs(fit.radius - c.radius) > 0.35 * c.radius) return false;
+  // Heights keep their origin.
+  fit.point = fit.point + dot(c.point - fit.point, fit.axis) * fit.axis;
+  if (dot(fit.axis, c.axis) < 0) fit.axis = -1.0 * fit.axis;
+  c = fit;
+  return true;
+}
+
+/// Cuts what lies on the cylinder, in `n` slices from `low`, into pieces of different radii; false: too few points.
+bool PartCheck::find_pieces(const Cylinder& c, double low, std::size_t n) {
+  if (points_.select(c, low, low + static_cast<double>(n) * kSlice) < kLeastPoints) return false;
+  fill_slices(c, low, n);
+  profile_.assign(n, {});
+  for (std::size_t i = 0; i < n; ++i) {
+    const Slice& s = slices_[i];
+    if (s.count < 3) continue;
+    profile_[i] = {std::min(s.count, kSureCount) / (sigma_ * sigma_), s.distance / s.count};
+  }
+  pieces_.clear();
+  cut_profile(profile_, kSlice, std::max(kJump, kJumpShare * c.radius), profile_scratch_, pieces_);
+  return true;
+}
+
+/// 0: nothing was measured.
+double PartCheck::radius_of(const ProfilePiece& piece) const {
+  double weight = 0, sum = 0;
+  for (std::size_t i = piece.first; i < piece.last; ++i) {
+    weight += profile_[i].weight, sum += profile_[i].weight * profile_[i].radius;
+  }
+  return weight > 0 ? sum / weight : 0;
+}
+
 /// Looks at the piece between `low` and `high` of a line: the longest run of slices that are of one part and that the
 /// hand can hold from one direction.
 bool PartCheck::measure(Cylinder c, double low, double high, bool cut, const PartGroup& group,
                         const std::vector<Affordance>& affordances, PartCandidate& found) {
-  if (cut) {
-    // The fit was to several pieces of different radii.
-    if (points_.select(c, low, high) < kLeastPoints) return false;
-    Cylinder fit = c;
-    refine_cylinder(points_.taken(), sigma_, kSteps, fit);
-    if (std::fabs(dot(fit.axis, c.axis)) > 0.95 && std::fabs(fit.radius - c.radius) < 0.35 * c.radius) {
-      fit.point = fit.point + dot(c.point - fit.point, fit.axis) * fit.axis;
-      if (dot(fit.axis, c.axis) < 0) fit.axis = -1.0 * fit.axis;
-      c = fit;
-    }
-  }
+  if (cut) refit(low, high, c);
   if (2 * c.radius > kWidthSlack * options_->hand_aperture || c.radius < kThinnest) return false;
   if (2 * c.radius < options_->hand_minimum) return false;
   if (points_.select(c, low, high) < kLeastPoints) return false;
@@ -254,31 +281,39 @@ void PartCheck::run(const PartGroup& group, const std::vector<Affordance>& affor
   }
   if (c.radius < kThinnest) return;
   low -= kExtension, high += kExtension;
-  if (points_.select(c, low, high) < kLeastPoints) return;
   const auto n = std::max<std::size_t>(1, static_cast<std::size_t>(std::ceil((high - low) / kSlice)));
-  fill_slices(c, low, n);
-  profile_.assign(n, {});
-  for (std::size_t i = 0; i < n; ++i) {
-    const Slice& s = slices_[i];
-    if (s.count < 3) continue;
-    profile_[i] = {std::min(s.count, kSureCount) / (sigma_ * sigma_), s.distance / s.count};
+  if (!find_pieces(c, low, n)) return;
+  if (pieces_.size() > 1) {
+    // The fit was to several pieces of different radii, which tilts the axis; the one of most points tells it better,
+    // and by a better axis they come apart better.
+    const auto weight_of = [&](const ProfilePiece& piece) {
+      double weight = 0;
+      for (std::size_t i = piece.first; i < piece.last; ++i) weight += slices_[i].count;
+      return weight;
+    };
+    const ProfilePiece& most =
+        *std::max_element(pieces_.begin(), pieces_.end(),
+                          [&](const ProfilePiece& a, const ProfilePiece& b) { return weight_of(a) < weight_of(b); });
+    Cylinder own = c;
+    own.radius = radius_of(most);
+    if (refit(low + static_cast<double>(most.first) * kSlice, low + static_cast<double>(most.last) * kSlice, own)) {
+      c = own;
+      if (!find_pieces(c, low, n)) return;
+    }
   }
-  pieces_.clear();
-  cut_profile(profile_, kSlice, std::max(kJump, kJumpShare * c.radius), profile_scratch_, pieces_);
   const bool cut = pieces_.size() > 1;
   for (const ProfilePiece& piece : pieces_) {
     const double from = low + static_cast<double>(piece.first) * kSlice,
                  to = low + static_cast<double>(piece.last) * kSlice;
     if (to - from < options_->handle_min_length - 1e-9) continue;
-    double weight = 0, sum = 0;
-    for (std::size_t i = piece.first; i < piece.last; ++i) {
-      weight += profile_[i].weight, sum += profile_[i].weight * profile_[i].radius;
-    }
-    if (!(weight > 0)) continue;
     Cylinder own = c;
-    if (cut) own.radius = sum / weight;
+    if (cut) own.radius = radius_of(piece);
+    if (!(own.radius > 0)) continue;
     PartCandidate candidate;
-    if (measure(own, from, to, cut, group, affordances, candidate)) found.push_back(std::move(candidate));
+    if (!measure(own, from, to, cut, group, affordances, candidate)) continue;
+    candidate.ends_low = &piece != &pieces_.front(), candidate.ends_high = &piece != &pieces_.back();
+    if (dot(candidate.handle.axis, c.axis) < 0) std::swap(candidate.ends_low, candidate.ends_high);
+    found.push_back(std::move(candidate));
   }
 }
 

@@ -31,6 +31,8 @@ struct PartGroup {
 struct PartCandidate {
   Handle handle;
   Evidence evidence;
+  /// Towards -axis and +axis: beyond this end the radius jumps, what goes on there is another part.
+  bool ends_low = false, ends_high = false;
 };
 
 class PartCheck {
@@ -50,6 +52,9 @@ class PartCheck {
   };
 
   void fill_slices(const Cylinder& c, double low, std::size_t n);
+  bool refit(double low, double high, Cylinder& c);
+  bool find_pieces(const Cylinder& c, double low, std::size_t n);
+  double radius_of(const ProfilePiece& piece) const;
   bool measure(Cylinder c, double low, double high, bool cut, const PartGroup& group,
                const std::vector<Affordance>& affordances, PartCandidate& found);
   double corner_gain(double residual);

@@ -25,6 +25,7 @@ constexpr double kReach = 0.25;       ///< m; members lie within this of the see
 constexpr double kCosContinue = 0.9396926207859084;              ///< 20 degrees
 constexpr double kOffsetContinue = 0.6;                          ///< of the smaller radius
 constexpr double kSameRadiusShare = 0.13, kSameRadius = 0.0008;  ///< m; a larger step is where a part ends
+constexpr double kStepShare = 0.10, kStep = 0.0025;              ///< where a step was seen
 constexpr double kContinueGap = 0.12;                            ///< m; clutter in front of a part hides so much
 /// Share of the shorter one's length up to which two parts on one line may overlap.
 constexpr double kMostShared = 0.3;
@@ -33,20 +34,33 @@ constexpr double kCosAlike = 0.766;  ///< 40 degrees
 enum Fate : std::uint8_t { kNotAligned, kUnconfirmed, kLowConfidence, kInHandle };
 
 /// Whether h goes on where g ends, or lies within it: pieces of one part that clutter or noise cut.
-bool continues(const Handle& g, const Handle& h) {
+bool continues(const PartCandidate& first, const PartCandidate& second) {
+  const Handle &g = first.handle, &h = second.handle;
   if (std::fabs(dot(g.axis, h.axis)) < kCosContinue) return false;
   const Vector3 d = h.center - g.center;
   const double along = dot(d, g.axis), offset = kOffsetContinue * std::min(g.radius, h.radius) + kOffset;
   if (norm(d - along * g.axis) > offset && norm(d - dot(d, h.axis) * h.axis) > offset) return false;
   if (std::fabs(along) - 0.5 * (g.length + h.length) > kContinueGap) return false;
-  return std::fabs(g.radius - h.radius) <= kSameRadiusShare * std::max(g.radius, h.radius) + kSameRadius;
+  // Where the points showed a step, a small one parts them.
+  const bool same_way = dot(g.axis, h.axis) > 0, beyond = along > 0;
+  const bool step =
+      (beyond ? first.ends_high : first.ends_low) || (beyond == same_way ? second.ends_low : second.ends_high);
+  const bool within = std::fabs(along) < 0.5 * g.length;
+  const double larger = std::max(g.radius, h.radius), same = kSameRadiusShare * larger + kSameRadius;
+  const double most = step && !within ? std::min(same, std::max(kStepShare * larger, kStep)) : same;
+  return std::fabs(g.radius - h.radius) <= most;
 }
 
 /// Makes g as long as both.
-void extend(Handle& g, const Handle& h) {
+void extend(PartCandidate& first, const PartCandidate& second) {
+  Handle& g = first.handle;
+  const Handle& h = second.handle;
+  const bool same_way = dot(g.axis, h.axis) > 0;
   const double along = dot(h.center - g.center, g.axis);
   const double low = std::min(-0.5 * g.length, along - 0.5 * h.length);
   const double high = std::max(0.5 * g.length, along + 0.5 * h.length);
+  if (low < -0.5 * g.length) first.ends_low = same_way ? second.ends_low : second.ends_high;
+  if (high > 0.5 * g.length) first.ends_high = same_way ? second.ends_high : second.ends_low;
   g.center = g.center + 0.5 * (low + high) * g.axis;
   g.length = high - low;
   std::vector<std::uint32_t> members;
@@ -70,12 +84,12 @@ bool overlaps(const Handle& g, const Handle& h) {
 }
 
 /// Whether h is g's, which grows when h goes on where it ends.
-bool takes(Handle& g, const Handle& h) {
+bool takes(PartCandidate& g, const PartCandidate& h) {
   if (continues(g, h)) {
     extend(g, h);
     return true;
   }
-  return overlaps(g, h);
+  return overlaps(g.handle, h.handle);
 }
 
 }  // namespace
@@ -89,13 +103,13 @@ void PartSearch::resolve() {
   kept_.clear();
   for (PartCandidate& candidate : all_) {
     bool explained = false;
-    for (std::size_t i = 0; i < kept_.size() && !explained; ++i) explained = takes(kept_[i].handle, candidate.handle);
+    for (std::size_t i = 0; i < kept_.size() && !explained; ++i) explained = takes(kept_[i], candidate);
     if (!explained) kept_.push_back(std::move(candidate));
   }
   // What has grown meanwhile may reach others.
   for (std::size_t i = 0; i < kept_.size(); ++i) {
     for (std::size_t k = i + 1; k < kept_.size();) {
-      if (!takes(kept_[i].handle, kept_[k].handle)) {
+      if (!takes(kept_[i], kept_[k])) {
         ++k;
         continue;
       }
