@@ -22,10 +22,13 @@ struct Evidence {
   double bend = 0;           ///< m; root mean square offset of the slices' middles across the line of sight
   double waviness = 0;       ///< m; root mean square deviation of the slices' radii from a line
   double radius_spread = 0;  ///< of the members over the radius
-  double axis_spread = 0;    ///< mean sine of the members' axes to this one
+  // Beside it, as the sensor sees it (silhouette.h):
+  double steps_less = 0, steps_more = 0;   ///< 0..1; share of its length that ends at a step, on either side
+  double nearer_end = 1, farther_end = 1;  ///< where it ends on either side, over the radius
+  double axis_spread = 0;                  ///< mean sine of the members' axes to this one
 };
 
-constexpr std::size_t kFeatures = 26;
+constexpr std::size_t kFeatures = 34;
 /// The model's inputs, of about unit size.
 std::array<double, kFeatures> features(const Evidence& evidence);
 /// 0..1

@@ -6,6 +6,8 @@
 #include <limits>
 #include <numeric>
 
+#include "silhouette.h"
+
 namespace handhold {
 namespace {
 
@@ -24,7 +26,9 @@ constexpr double kSureCount = 10;  ///< points of a slice beyond which its radiu
 constexpr double kJump = 0.0012, kJumpShare = 0.06;  ///< m; of the radius
 constexpr double kLeastArc = 1.2217;                 ///< rad
 constexpr double kMostNormalError = 0.55;            ///< rad
-constexpr double kStrap = 0.8;                       ///< of a cylinder's radius: seen narrower than this it is none
+constexpr double kBeside = 1.8,
+                 kBesideMore = 0.008;  ///< of the radius, and m; how far from its middle one looks for its end
+constexpr double kStrap = 0.9;         ///< of a cylinder's radius: seen narrower than this it is none
 
 }  // namespace
 
@@ -108,6 +112,36 @@ double PartCheck::radius_of(const ProfilePiece& piece) const {
     weight += profile_[i].weight, sum += profile_[i].weight * profile_[i].radius;
   }
   return weight > 0 ? sum / weight : 0;
+}
+
+/// Where the part ends on both sides of its axis, seen from the sensor, slice by slice from `begin`. Returns how far
+/// the steps are that most slices end at on each side (m; along the frame's side and against it); 0: they end at none.
+std::array<double, 2> PartCheck::look_beside(const Cylinder& c, const CylinderFrame& f, double begin, std::size_t n,
+                                             Evidence& e) {
+  const double reach = kBeside * c.radius + kBesideMore, slices = static_cast<double>(n);
+  const auto median = [](std::vector<double>& values) {
+    const auto at = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+    std::nth_element(values.begin(), at, values.end());
+    return *at;
+  };
+  std::array<double, 2> steps{}, end{};
+  double share[2] = {0, 0};
+  for (std::size_t k = 0; k < 2; ++k) {
+    ends_.clear(), usual_.clear();
+    for (std::size_t i = 0; i < n; ++i) {
+      const Vector3 place = c.point + (begin + (static_cast<double>(i) + 0.5) * kSlice) * c.axis + c.radius * f.ahead;
+      const SilhouetteSide side =
+          silhouette_side(*image_, place, k == 0 ? f.side : -1.0 * f.side, f.ahead, reach, sigma_);
+      ends_.push_back(side.kind == SilhouetteSide::kSurface ? reach : side.at);
+      if (side.kind == SilhouetteSide::kStep) usual_.push_back(side.at);
+    }
+    share[k] = static_cast<double>(usual_.size()) / slices;
+    end[k] = median(ends_) / c.radius;
+    if (share[k] >= 0.5) steps[k] = median(usual_);
+  }
+  e.steps_less = std::min(share[0], share[1]), e.steps_more = std::max(share[0], share[1]);
+  e.nearer_end = std::min(end[0], end[1]), e.farther_end = std::max(end[0], end[1]);
+  return steps;
 }
 
 /// Looks at the piece between `low` and `high` of a line: the longest run of slices that are of one part and that the
@@ -244,11 +278,14 @@ bool PartCheck::measure(Cylinder c, double low, double high, bool cut, const Par
   e.axis_spread /= e.members;
 
   // A strap is flatter than any cylinder through it: what is seen of it across the axis tells its size.
+  const std::array<double, 2> steps = look_beside(c, f, begin, best_length, e);
   usual_.clear();
   for (const std::uint32_t i : points_.selected()) usual_.push_back(points_.side(i));
   std::sort(usual_.begin(), usual_.end());
-  const double left = usual_[count * 2 / 100], right = usual_[count - 1 - count * 2 / 100];
-  const double half_width = 0.5 * (right - left) + 0.5 * norm(image_->viewpoint() - c.point) / image_->focal();
+  const double half_pixel = 0.5 * norm(image_->viewpoint() - c.point) / image_->focal();
+  const double left = std::min(usual_[count * 2 / 100] - half_pixel, -steps[1]);
+  const double right = std::max(usual_[count - 1 - count * 2 / 100] + half_pixel, steps[0]);
+  const double half_width = 0.5 * (right - left);
   const bool strap = half_width < kStrap * c.radius;
   handle.center = c.point + middle * c.axis;
   if (strap) handle.center = handle.center + 0.5 * (left + right) * f.side + (c.radius - half_width) * f.ahead;

@@ -55,6 +55,8 @@ class PartCheck {
   bool refit(double low, double high, Cylinder& c);
   bool find_pieces(const Cylinder& c, double low, std::size_t n);
   double radius_of(const ProfilePiece& piece) const;
+  std::array<double, 2> look_beside(const Cylinder& c, const CylinderFrame& f, double begin, std::size_t n,
+                                    Evidence& e);
   bool measure(Cylinder c, double low, double high, bool cut, const PartGroup& group,
                const std::vector<Affordance>& affordances, PartCandidate& found);
   double corner_gain(double residual);
@@ -64,7 +66,7 @@ class PartCheck {
   double sigma_ = 0;
   PartPoints points_;
   std::vector<Slice> slices_;
-  std::vector<double> usual_;
+  std::vector<double> usual_, ends_;
   std::vector<ProfileSlice> profile_;
   std::vector<ProfilePiece> pieces_;
   ProfileScratch profile_scratch_;

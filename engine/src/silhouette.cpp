@@ -1,0 +1,62 @@
+#include "silhouette.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace handhold {
+namespace {
+
+/// A change between neighbouring pixels beyond this, and three standard deviations, is a step (m).
+constexpr double kStep = 0.003;
+/// How far from the place itself the surface may be, beside its noise (m).
+constexpr double kNear = 0.006;
+
+}  // namespace
+
+SilhouetteSide silhouette_side(const DepthImage& image, const Vector3& place, const Vector3& side, const Vector3& ahead,
+                               double reach, double sigma) {
+  SilhouetteSide result;
+  const DepthImage::Projected from = image.project(place), along = image.project_direction(side);
+  if (!(from.depth > 0.02)) return result;
+  const double u0 = from.a / from.depth, v0 = from.b / from.depth;
+  const double per_metre =
+      std::hypot(along.a - u0 * along.depth, along.b - v0 * along.depth) / from.depth;  // pixels, at the place
+  if (!(per_metre > 1)) return result;
+  const Vector3 to_place = place - image.viewpoint();
+  // How far ahead of the place what is seen beside it lies. Along a part that points towards the sensor depth changes
+  // from pixel to pixel; across its axis it does not.
+  const double noise = sigma * std::fabs(dot(ahead, to_place)) / norm(to_place), jump = kStep + 3 * noise;
+  const auto seen = [&](int k, double& at, double& height) {
+    at = k / per_metre;
+    const DepthImage::Projected p = from + at * along;
+    const double u = p.a / p.depth + 0.5, v = p.b / p.depth + 0.5;
+    if (!(p.depth > 0.02 && u >= 0 && v >= 0 && u < image.width() && v < image.height())) return false;
+    const auto z =
+        static_cast<double>(image.pixels()[static_cast<std::size_t>(v) * static_cast<std::size_t>(image.width()) +
+                                           static_cast<std::size_t>(u)]);
+    // side is across ahead.
+    height = (z / p.depth - 1) * dot(to_place, ahead);
+    return z > 0;
+  };
+  double last = 0;
+  if (!seen(0, result.at, last) || std::fabs(last) > kNear + 3 * noise) return result;
+  double before = last;
+  const int pixels = std::max(2, static_cast<int>(reach * per_metre));
+  for (int k = 1; k <= pixels; ++k) {
+    double at = 0, height = 0;
+    const bool known = seen(k, at, height);
+    result.at = at - 0.5 / per_metre;
+    if (!known || height > last + jump) return result;
+    // A pixel on the edge may mix both depths.
+    if (height < last - jump || height < before - jump) {
+      result.kind = SilhouetteSide::kStep;
+      if (height >= last - jump) result.at -= 0.5 / per_metre;
+      return result;
+    }
+    before = last, last = height;
+  }
+  result.kind = SilhouetteSide::kSurface;
+  return result;
+}
+
+}  // namespace handhold
