@@ -6,10 +6,10 @@
 namespace handhold {
 namespace {
 
-constexpr double kWeights[kFeatures] = {1.5747,  -0.5530, 0.0117,  -0.3282, 0.0602,  0.1071,  0.0663,  0.5105,  -1.3726,
-                                        1.7977,  -3.7641, 0.2657,  1.0657,  0.5342,  0.8904,  0.4600,  -0.0490, 1.1039,
-                                        -0.2260, -0.5088, -0.0449, -0.2806, -0.0781, -0.2547, -0.8991, -0.6972, 3.5252,
-                                        -0.2091, 0.7513,  -1.1755, -0.7567, -1.2609, -2.0582, 0.4285};
+constexpr double kWeights[kFeatures] = {
+    1.7917, -0.6512, -0.0085, -0.4580, 0.1918,  0.0650,  -0.0856, 0.5408,  -0.2401, 1.6294,  -2.1238, 0.0462,  1.0818,
+    0.6075, -0.7966, -1.4087, -0.3042, 1.2897,  -0.1715, -0.4891, -0.2295, -0.1699, -0.0828, -0.1875, -0.8534, -0.6128,
+    2.9346, 0.1460,  1.0828,  -1.2654, -0.6498, -1.3967, -1.9919, 0.1557,  -0.2398, -0.8075, -0.9004, 0.7518,  -0.3233};
 
 }  // namespace
 
@@ -29,7 +29,8 @@ std::array<double, kFeatures> features(const Evidence& e) {
           // Few samples fall on what is thin; many that disagree are no evidence.
           members * thin, members * axes,
           // Rims and edges go on beside.
-          e.steps_less, e.steps_more, near, far, near * near, far * far, e.steps_less * thin, far * thin};
+          e.steps_less, e.steps_more, near, far, near * near, far * far, e.steps_less * thin, far * thin, e.strap,
+          e.strap * noise, e.strap * std::log(std::max(e.length, 1e-3) / 0.04), e.strap * arc, e.strap * members};
 }
 
 double confidence(const Evidence& evidence) {

@@ -25,10 +25,11 @@ struct Evidence {
   // Beside it, as the sensor sees it (silhouette.h):
   double steps_less = 0, steps_more = 0;   ///< 0..1; share of its length that ends at a step, on either side
   double nearer_end = 1, farther_end = 1;  ///< where it ends on either side, over the radius
+  double strap = 0;                        ///< 1: found and measured by its outline
   double axis_spread = 0;                  ///< mean sine of the members' axes to this one
 };
 
-constexpr std::size_t kFeatures = 34;
+constexpr std::size_t kFeatures = 39;
 /// The model's inputs, of about unit size.
 std::array<double, kFeatures> features(const Evidence& evidence);
 /// 0..1

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "fingers.h"
+#include "ribbon.h"
 #include "search.h"
 
 namespace handhold {
@@ -21,6 +22,8 @@ constexpr std::size_t kMostFitted = 160;
 constexpr std::size_t kTried = 48, kMostTried = 80;
 constexpr int kTrialSteps = 4;
 constexpr double kTrialSlack = 1.2;
+/// Of the quality of a strap that was found by its outline: fitted cylinders come first.
+constexpr double kRibbonQuality = 0.5;
 
 bool of_scale(double ball, double radius, double slack) {
   return ball >= kSmallestBall * radius / slack && ball <= (kLargestBall * radius + kLargestBallOffset) * slack;
@@ -106,6 +109,32 @@ void Search::find_cylinders(double radius, Scratch& s) const {
     step = judge(c, radius, s, found);
     if (step == Step::kAffordance) s.found.push_back(found);
   }
+}
+
+/// A strap about sample `at` of the sorted order, by its outline.
+bool Search::find_strap(std::uint32_t at, Found& found) const {
+  const float* p = &sorted_[3 * static_cast<std::size_t>(at)];
+  const Vector3 sample = {static_cast<double>(p[0]), static_cast<double>(p[1]), static_cast<double>(p[2])};
+  Cylinder strap;
+  if (!find_ribbon(*image_, sample, strap)) return false;
+  if (2 * strap.radius > options_->hand_aperture || strap.radius < kThinnestPart) return false;
+  if (2 * strap.radius < options_->hand_minimum) return false;
+  const Grip grip = FingerTest(*options_, *image_).any(strap.point, strap.axis, strap.radius, options_->finger_width);
+  if (!grip.fits) return false;
+  Affordance& a = found.affordance;
+  a.sample = number_[at];
+  a.center = strap.point;
+  a.axis = canonical_axis(strap.axis);
+  a.normal = grip.from;
+  a.radius = strap.radius;
+  a.curvature = 1 / strap.radius;
+  a.shell_radius = grip.opening / 2;
+  a.gap = options_->finger_thickness;
+  a.observed_free = grip.free;
+  a.quality = kRibbonQuality * std::min(1.0, 0.5 + grip.free / 2);
+  found.residual = -a.quality;
+  found.scale = 0;
+  return true;
 }
 
 }  // namespace handhold

@@ -5,6 +5,7 @@
 
 #include <Eigen/Core>
 #include <Eigen/Eigenvalues>
+#include <Eigen/LU>
 #include <algorithm>
 #include <limits>
 
@@ -39,6 +40,8 @@ bool DepthImage::build(const CloudView& cloud) {
     draw_unorganized(cloud);
   }
   if (empty()) return false;
+  Eigen::Map<Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(inverse_.data()) =
+      Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(H_.data()).inverse();
   fill_shadows();
   fill_void();
   return true;

@@ -43,6 +43,13 @@ class DepthImage {
     return {H_[0] * d[0] + H_[1] * d[1] + H_[2] * d[2], H_[3] * d[0] + H_[4] * d[1] + H_[5] * d[2],
             H_[6] * d[0] + H_[7] * d[1] + H_[8] * d[2]};
   }
+  /// The point that is seen at (column, row) and depth (m).
+  Vector3 unproject(double column, double row, double depth) const {
+    const double u = depth * column, v = depth * row;
+    return viewpoint_ + Vector3{inverse_[0] * u + inverse_[1] * v + inverse_[2] * depth,
+                                inverse_[3] * u + inverse_[4] * v + inverse_[5] * depth,
+                                inverse_[6] * u + inverse_[7] * v + inverse_[8] * depth};
+  }
   /// Depths that differ by up to `tolerance` (m) count as the same.
   Seen look(const Projected& p, double tolerance) const {
     if (!(p.depth > 0.02)) return Seen::kUnknown;
@@ -72,6 +79,7 @@ class DepthImage {
 
   Vector3 viewpoint_{};
   std::array<double, 9> H_{};  ///< (column * depth, row * depth, depth) = H (p - viewpoint); third row of length 1
+  std::array<double, 9> inverse_{};  ///< of H
   double focal_ = 0;
   int width_ = 0, height_ = 0;
   std::vector<float> depth_;  ///< m; 0: unknown, infinity: nothing within the sensor's range

@@ -6,8 +6,6 @@
 #include <limits>
 #include <numeric>
 
-#include "silhouette.h"
-
 namespace handhold {
 namespace {
 
@@ -28,7 +26,15 @@ constexpr double kLeastArc = 1.2217;                 ///< rad
 constexpr double kMostNormalError = 0.55;            ///< rad
 constexpr double kBeside = 1.8,
                  kBesideMore = 0.008;  ///< of the radius, and m; how far from its middle one looks for its end
-constexpr double kStrap = 0.9;         ///< of a cylinder's radius: seen narrower than this it is none
+constexpr double kSameWidth = 0.3, kSameWidthMore = 0.0015;  ///< share and m; widths along a strap differ by less
+constexpr std::size_t kLeastOutline = 3;                     ///< slices
+constexpr double kStrap = 0.9;  ///< of a cylinder's radius: seen narrower than this it is none
+
+double median(std::vector<double>& values) {
+  const auto at = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), at, values.end());
+  return *at;
+}
 
 }  // namespace
 
@@ -114,29 +120,35 @@ double PartCheck::radius_of(const ProfilePiece& piece) const {
   return weight > 0 ? sum / weight : 0;
 }
 
-/// Where the part ends on both sides of its axis, seen from the sensor, slice by slice from `begin`. Returns how far
-/// the steps are that most slices end at on each side (m; along the frame's side and against it); 0: they end at none.
-std::array<double, 2> PartCheck::look_beside(const Cylinder& c, const CylinderFrame& f, double begin, std::size_t n,
-                                             Evidence& e) {
-  const double reach = kBeside * c.radius + kBesideMore, slices = static_cast<double>(n);
-  const auto median = [](std::vector<double>& values) {
-    const auto at = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-    std::nth_element(values.begin(), at, values.end());
-    return *at;
-  };
-  std::array<double, 2> steps{}, end{};
-  double share[2] = {0, 0};
-  for (std::size_t k = 0; k < 2; ++k) {
-    ends_.clear(), usual_.clear();
-    for (std::size_t i = 0; i < n; ++i) {
-      const Vector3 place = c.point + (begin + (static_cast<double>(i) + 0.5) * kSlice) * c.axis + c.radius * f.ahead;
-      const SilhouetteSide side =
-          silhouette_side(*image_, place, k == 0 ? f.side : -1.0 * f.side, f.ahead, reach, sigma_);
-      ends_.push_back(side.kind == SilhouetteSide::kSurface ? reach : side.at);
-      if (side.kind == SilhouetteSide::kStep) usual_.push_back(side.at);
+/// Looks where the part ends on both sides of its axis, seen from the sensor, in `n` slices from `low`.
+void PartCheck::find_outline(const Cylinder& c, double low, std::size_t n) {
+  const CylinderFrame f = points_.frame(c);
+  const double reach = kBeside * c.radius + kBesideMore;
+  outline_.clear();
+  for (std::size_t i = 0; i < n; ++i) {
+    const Vector3 place = c.point + (low + (static_cast<double>(i) + 0.5) * kSlice) * c.axis + c.radius * f.ahead;
+    outline_.push_back({silhouette_side(*image_, place, f.side, f.ahead, reach, sigma_),
+                        silhouette_side(*image_, place, -1.0 * f.side, f.ahead, reach, sigma_)});
+    for (SilhouetteSide& side : outline_.back()) {
+      if (side.kind == SilhouetteSide::kSurface) side.at = reach;
     }
-    share[k] = static_cast<double>(usual_.size()) / slices;
-    end[k] = median(ends_) / c.radius;
+  }
+}
+
+/// Slices of the outline [first, last): how far the steps are that most of them end at on each side (m; along the
+/// frame's side and against it); 0: they end at none.
+std::array<double, 2> PartCheck::sum_outline(std::size_t first, std::size_t last, double radius, Evidence& e) {
+  std::array<double, 2> steps{}, end{}, share{};
+  for (std::size_t k = 0; k < 2; ++k) {
+    usual_.clear();
+    double count = 0;
+    for (std::size_t i = first; i < last; ++i) usual_.push_back(outline_[i][k].at);
+    end[k] = median(usual_) / radius;
+    usual_.clear();
+    for (std::size_t i = first; i < last; ++i) {
+      if (outline_[i][k].kind == SilhouetteSide::kStep) usual_.push_back(outline_[i][k].at), count += 1;
+    }
+    share[k] = count / static_cast<double>(last - first);
     if (share[k] >= 0.5) steps[k] = median(usual_);
   }
   e.steps_less = std::min(share[0], share[1]), e.steps_more = std::max(share[0], share[1]);
@@ -144,11 +156,46 @@ std::array<double, 2> PartCheck::look_beside(const Cylinder& c, const CylinderFr
   return steps;
 }
 
+/// Whether slice i of the outline is of a strap of that half width (m).
+bool PartCheck::is_strap(std::size_t i, double half_width) const {
+  const auto& [left, right] = outline_[i];
+  if (left.kind != SilhouetteSide::kStep || right.kind != SilhouetteSide::kStep) return false;
+  return std::fabs(0.5 * (left.at + right.at) - half_width) < kSameWidth * half_width + kSameWidthMore;
+}
+
+/// The strap along the group's line: its outline says where it is and how wide.
+bool PartCheck::measure_strap(const PartGroup& group, const std::vector<Affordance>& affordances,
+                              PartCandidate& found) {
+  Cylinder c = group.mean;
+  const double low = group.low - kExtension, high = group.high + kExtension;
+  const auto n = std::max<std::size_t>(1, static_cast<std::size_t>(std::ceil((high - low) / kSlice)));
+  for (int pass = 0; pass < 2; ++pass) {
+    find_outline(c, low, n);
+    usual_.clear(), others_.clear();
+    for (std::size_t i = 0; i < n; ++i) {
+      const double height = low + (static_cast<double>(i) + 0.5) * kSlice;
+      const auto& [left, right] = outline_[i];
+      if (left.kind != SilhouetteSide::kStep || right.kind != SilhouetteSide::kStep) continue;
+      if (height < group.low || height > group.high) continue;
+      usual_.push_back(0.5 * (left.at + right.at));
+      others_.push_back(0.5 * (left.at - right.at));
+    }
+    if (usual_.size() < kLeastOutline) return false;
+    const double half_width = median(usual_), offset = median(others_);
+    const CylinderFrame f = points_.frame(c);
+    // The surface stays where it is.
+    c.point = c.point + offset * f.side + (c.radius - half_width) * f.ahead;
+    c.radius = half_width;
+  }
+  find_outline(c, low, n);
+  return measure(c, low, high, Kind::kStrap, group, affordances, found);
+}
+
 /// Looks at the piece between `low` and `high` of a line: the longest run of slices that are of one part and that the
 /// hand can hold from one direction.
-bool PartCheck::measure(Cylinder c, double low, double high, bool cut, const PartGroup& group,
+bool PartCheck::measure(Cylinder c, double low, double high, Kind kind, const PartGroup& group,
                         const std::vector<Affordance>& affordances, PartCandidate& found) {
-  if (cut) refit(low, high, c);
+  if (kind == Kind::kPiece) refit(low, high, c);
   if (2 * c.radius > kWidthSlack * options_->hand_aperture || c.radius < kThinnest) return false;
   if (2 * c.radius < options_->hand_minimum) return false;
   if (points_.select(c, low, high) < kLeastPoints) return false;
@@ -163,9 +210,7 @@ bool PartCheck::measure(Cylinder c, double low, double high, bool cut, const Par
   if (usual_.empty()) {
     for (const Slice& s : slices_) usual_.push_back(s.count);
   }
-  const auto median = usual_.begin() + static_cast<std::ptrdiff_t>(usual_.size() / 2);
-  std::nth_element(usual_.begin(), median, usual_.end());
-  const double usual = *median;
+  const double usual = median(usual_);
 
   const FingerTest fingers(*options_, *image_);
   std::size_t best_length = 0, best_first = 0;
@@ -179,8 +224,10 @@ bool PartCheck::measure(Cylinder c, double low, double high, bool cut, const Par
     Vector3 towards{};
     for (std::size_t i = 0; i < n; ++i) {
       const Slice& s = slices_[i];
-      if (s.count < std::max(1.0, kLeastDensity * usual) || s.high - s.low < kLeastCover ||
-          std::sqrt(s.square / s.count) > kRmsShare * c.radius + sigma_) {
+      if (s.count < std::max(1.0, kLeastDensity * usual)) continue;
+      if (kind == Kind::kStrap
+              ? !is_strap(i, c.radius)
+              : s.high - s.low < kLeastCover || std::sqrt(s.square / s.count) > kRmsShare * c.radius + sigma_) {
         continue;
       }
       const Grip grip = fingers.at(c.point + (low + (static_cast<double>(i) + 0.5) * kSlice) * c.axis, c.axis, c.radius,
@@ -254,7 +301,7 @@ bool PartCheck::measure(Cylinder c, double low, double high, bool cut, const Par
   e.residual = std::sqrt(square / static_cast<double>(count));
   e.arc = arc_of(points_.taken(), c, f.ahead);
   e.normal_error = normals ? error / static_cast<double>(normals) : 0;
-  if (e.arc < kLeastArc || e.normal_error > kMostNormalError) return false;
+  if (kind != Kind::kStrap && (e.arc < kLeastArc || e.normal_error > kMostNormalError)) return false;
   e.inner = inner / static_cast<double>(count), e.outer = outer / static_cast<double>(count);
   e.corner_gain = corner_gain(e.residual);
 
@@ -278,7 +325,8 @@ bool PartCheck::measure(Cylinder c, double low, double high, bool cut, const Par
   e.axis_spread /= e.members;
 
   // A strap is flatter than any cylinder through it: what is seen of it across the axis tells its size.
-  const std::array<double, 2> steps = look_beside(c, f, begin, best_length, e);
+  if (kind != Kind::kStrap) find_outline(c, low, n);
+  const std::array<double, 2> steps = sum_outline(best_first, best_first + best_length, c.radius, e);
   usual_.clear();
   for (const std::uint32_t i : points_.selected()) usual_.push_back(points_.side(i));
   std::sort(usual_.begin(), usual_.end());
@@ -286,7 +334,7 @@ bool PartCheck::measure(Cylinder c, double low, double high, bool cut, const Par
   const double left = std::min(usual_[count * 2 / 100] - half_pixel, -steps[1]);
   const double right = std::max(usual_[count - 1 - count * 2 / 100] + half_pixel, steps[0]);
   const double half_width = 0.5 * (right - left);
-  const bool strap = half_width < kStrap * c.radius;
+  const bool strap = kind != Kind::kStrap && half_width < kStrap * c.radius;
   handle.center = c.point + middle * c.axis;
   if (strap) handle.center = handle.center + 0.5 * (left + right) * f.side + (c.radius - half_width) * f.ahead;
   handle.axis = canonical_axis(c.axis);
@@ -295,6 +343,7 @@ bool PartCheck::measure(Cylinder c, double low, double high, bool cut, const Par
   handle.length = length;
   handle.arc = e.arc, handle.residual = e.residual, handle.observed_free = best_free;
   handle.normal_error = e.normal_error;
+  e.strap = kind == Kind::kStrap ? 1 : 0;
   e.length = length, e.radius = handle.radius, e.sigma = sigma_, e.free = best_free;
   handle.confidence = confidence(e);
   return true;
@@ -306,6 +355,10 @@ void PartCheck::run(const PartGroup& group, const std::vector<Affordance>& affor
   double low = group.low, high = group.high;
   sigma_ = depth_noise(norm(image_->viewpoint() - c.point));
   points_.gather(c, low - kExtension, high + kExtension, sigma_);
+  if (2 * group.straps >= group.members.size()) {
+    PartCandidate candidate;
+    if (measure_strap(group, affordances, candidate)) found.push_back(std::move(candidate));
+  }
   for (int pass = 0; pass < 2; ++pass) {
     if (points_.select(c, low, high) < kLeastPoints) return;
     Cylinder fit = c;
@@ -347,7 +400,7 @@ void PartCheck::run(const PartGroup& group, const std::vector<Affordance>& affor
     if (cut) own.radius = radius_of(piece);
     if (!(own.radius > 0)) continue;
     PartCandidate candidate;
-    if (!measure(own, from, to, cut, group, affordances, candidate)) continue;
+    if (!measure(own, from, to, cut ? Kind::kPiece : Kind::kWhole, group, affordances, candidate)) continue;
     candidate.ends_low = &piece != &pieces_.front(), candidate.ends_high = &piece != &pieces_.back();
     if (dot(candidate.handle.axis, c.axis) < 0) std::swap(candidate.ends_low, candidate.ends_high);
     found.push_back(std::move(candidate));

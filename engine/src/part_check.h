@@ -16,6 +16,7 @@
 #include "index.h"
 #include "part_points.h"
 #include "profile.h"
+#include "silhouette.h"
 #include "tiles.h"
 
 namespace handhold {
@@ -25,6 +26,7 @@ struct PartGroup {
   Cylinder mean;
   double low, high;  ///< m; along the axis from mean.point
   std::vector<std::uint32_t> members;
+  std::size_t straps;  ///< of the members: those that were found by their outline
 };
 
 /// What may become a handle.
@@ -55,9 +57,16 @@ class PartCheck {
   bool refit(double low, double high, Cylinder& c);
   bool find_pieces(const Cylinder& c, double low, std::size_t n);
   double radius_of(const ProfilePiece& piece) const;
-  std::array<double, 2> look_beside(const Cylinder& c, const CylinderFrame& f, double begin, std::size_t n,
-                                    Evidence& e);
-  bool measure(Cylinder c, double low, double high, bool cut, const PartGroup& group,
+  enum class Kind {
+    kWhole,  ///< the cylinder is as fitted
+    kPiece,  ///< the fit was to several pieces of different radii
+    kStrap,  ///< the outline tells its width, and nothing its roundness
+  };
+  void find_outline(const Cylinder& c, double low, std::size_t n);
+  std::array<double, 2> sum_outline(std::size_t first, std::size_t last, double radius, Evidence& e);
+  bool is_strap(std::size_t i, double half_width) const;
+  bool measure_strap(const PartGroup& group, const std::vector<Affordance>& affordances, PartCandidate& found);
+  bool measure(Cylinder c, double low, double high, Kind kind, const PartGroup& group,
                const std::vector<Affordance>& affordances, PartCandidate& found);
   double corner_gain(double residual);
 
@@ -66,7 +75,8 @@ class PartCheck {
   double sigma_ = 0;
   PartPoints points_;
   std::vector<Slice> slices_;
-  std::vector<double> usual_, ends_;
+  std::vector<double> usual_, others_;
+  std::vector<std::array<SilhouetteSide, 2>> outline_;
   std::vector<ProfileSlice> profile_;
   std::vector<ProfilePiece> pieces_;
   ProfileScratch profile_scratch_;

@@ -156,16 +156,19 @@ void PartSearch::make_groups(const std::vector<Affordance>& affordances) {
     PartGroup group;
     Vector3 axis{}, center{};
     double weight = 0;
-    std::vector<double> radii;
+    std::vector<double> radii, widths;
     for (std::size_t k = first; k <= last; ++k) {
       const Affordance& a = affordances[members[k].second];
       axis = axis + (dot(a.axis, s.axis) < 0 ? -a.quality : a.quality) * a.axis;
       center = center + a.quality * a.center;
       weight += a.quality;
       radii.push_back(a.radius);
+      if (a.neighbourhood == 0) widths.push_back(a.radius);
       group.members.push_back(members[k].second);
       if (uses[members[k].second] < kMostUses) ++uses[members[k].second];
     }
+    group.straps = widths.size();
+    if (2 * group.straps >= radii.size()) radii = std::move(widths);
     const auto middle = radii.begin() + static_cast<std::ptrdiff_t>(radii.size() / 2);
     std::nth_element(radii.begin(), middle, radii.end());
     group.mean = {(1 / weight) * center, normalized(axis), *middle};

@@ -232,6 +232,15 @@ void Search::run_task(std::size_t first_group, std::size_t last_group, Step* ste
                                                  : 0;
     }
   }
+  if (!image_) return;
+  Stopwatch watch;
+  for (std::uint32_t i = groups_[first_group].begin; i < groups_[last_group - 1].end; ++i) {
+    Found found;
+    if (steps[number_[i]] == Step::kAffordance || !find_strap(i, found)) continue;
+    steps[number_[i]] = Step::kAffordance;
+    s.found.push_back(found);
+  }
+  watch.lap(s.seconds.shell);
 }
 
 /// Points of the full cloud per square of a ball's radius, from three of the group's samples; 0: thinning is not
@@ -375,6 +384,7 @@ void Search::fit(double radius, Scratch& s) const {
       const Vector3 outward = viewpoint_ ? *viewpoint_ - c.position : c.position - a.center;
       if (dot(a.normal, outward) < 0) a.normal = -1.0 * a.normal;
       a.radius = circle_radius;
+      a.neighbourhood = radius;
       a.curvature = f.kappa_median[lane] / radius;
       c.residual = std::sqrt(f.lambda[lane]);
       c.scale = radius;

@@ -109,6 +109,7 @@ class Search {
   void find_shells(Scratch& s) const;
   void find_cylinders(double radius, Scratch& s) const;
   Step refuse(const Vector3& position, double ball, double rms, double sigma, double slack, Cylinder& cylinder) const;
+  bool find_strap(std::uint32_t at, Found& found) const;
   Step judge(const Candidate& candidate, double radius, Scratch& s, Found& found) const;
 
   const Options* options_;

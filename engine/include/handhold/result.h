@@ -32,6 +32,7 @@ struct Affordance {
   double curvature = 0;      ///< 1/m; median of the largest absolute curvature over the neighbourhood
   double observed_free = 0;  ///< 0..1; share of the fingers' volumes that was seen empty; 0 where it was not looked at
   double quality = 1;        ///< 0..1; how well the points fit the cylinder (default method)
+  double neighbourhood = 0;  ///< m; radius of the ball; 0: found by its outline in the depth image (default method)
   std::uint32_t sample = 0;  ///< index of the sample it came from
 };
 

@@ -1,0 +1,162 @@
+#include "ribbon.h"
+
+#include <Eigen/Core>
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace handhold {
+namespace {
+
+constexpr double kWidest = 0.030;   ///< m
+constexpr double kNarrowest = 2.5;  ///< px
+constexpr int kDirections = 8;      ///< over half a turn
+constexpr double kStation = 0.005;  ///< m; from one look across to the next one along the strip
+constexpr int kStations = 4;        ///< either way
+constexpr std::size_t kLeastStations = 5;
+/// Widths along a strip differ by less (share, and px).
+constexpr double kSameWidth = 0.3, kSamePixels = 1.5;
+/// A change of depth between neighbouring pixels beyond this, and three standard deviations, is a step (m).
+constexpr double kStep = 0.003;
+/// Shorter than so many widths it is a blob.
+constexpr double kAspect = 1.2;
+
+class Strip {
+ public:
+  Strip(const DepthImage& image, double jump) : image_(image), jump_(jump) {}
+
+  double depth(double u, double v) const {
+    if (!(u >= 0 && v >= 0 && u < image_.width() && v < image_.height())) return 0;
+    return static_cast<double>(image_.pixels()[static_cast<std::size_t>(v) * static_cast<std::size_t>(image_.width()) +
+                                               static_cast<std::size_t>(u)]);
+  }
+
+  /// Pixels from (u, v) to the step that ends the surface in a direction; negative: none within `most`.
+  double end(double u, double v, double du, double dv, int most) const {
+    double last = depth(u, v), before = last;
+    if (!(last > 0)) return -1;
+    for (int k = 1; k <= most; ++k) {
+      const double z = depth(u + k * du, v + k * dv);
+      if (!(z > 0) || z < last - jump_) return -1;
+      if (z > last + jump_) return k - 0.5;
+      if (z > before + jump_) return k - 1;
+      before = last, last = z;
+    }
+    return -1;
+  }
+
+  struct Chord {
+    double left = -1, right = -1;
+    double width() const { return left + right; }
+    bool valid() const { return left >= 0 && right >= 0; }
+  };
+  Chord across(double u, double v, double du, double dv, int most) const {
+    Chord c;
+    c.right = end(u, v, du, dv, most);
+    if (c.right >= 0) c.left = end(u, v, -du, -dv, most);
+    return c;
+  }
+
+ private:
+  const DepthImage& image_;
+  double jump_;
+};
+
+}  // namespace
+
+bool find_ribbon(const DepthImage& image, const Vector3& sample, Cylinder& ribbon) {
+  const DepthImage::Projected p = image.project(sample);
+  if (!(p.depth > 0.05)) return false;
+  const double z0 = p.depth, per_metre = image.focal() / z0;
+  const int most = static_cast<int>(kWidest * per_metre);
+  if (most < 3) return false;
+  const Strip strip(image, kStep + 3 * depth_noise(z0));
+  double u = p.a / z0 + 0.5, v = p.b / z0 + 0.5;
+  double least = most + 1.0, du = 0, dv = 0;
+  for (int k = 0; k < kDirections; ++k) {
+    const double angle = k * (3.14159265358979324 / kDirections), c = std::cos(angle), s = std::sin(angle);
+    const Strip::Chord chord = strip.across(u, v, c, s, most);
+    if (!chord.valid() || chord.width() >= least) continue;
+    least = chord.width(), du = c, dv = s;
+  }
+  if (least > most || least < kNarrowest) return false;
+
+  // Along the strip, each time from the middle of the last look across.
+  struct Station {
+    double u, v, z, width;
+  };
+  std::array<Station, 2 * kStations + 1> stations;
+  std::size_t found = 0;
+  const auto look = [&](double& at_u, double& at_v) {
+    const Strip::Chord chord = strip.across(at_u, at_v, du, dv, most);
+    if (!chord.valid() || std::fabs(chord.width() - least) > kSameWidth * least + kSamePixels) return false;
+    const double shift = 0.5 * (chord.right - chord.left);
+    at_u += shift * du, at_v += shift * dv;
+    // The middle's depth: of three pixels the median.
+    const double a = strip.depth(at_u - du, at_v - dv), b = strip.depth(at_u, at_v),
+                 c = strip.depth(at_u + du, at_v + dv);
+    const double z = std::max(std::min(a, b), std::min(std::max(a, b), c));
+    if (!(z > 0) || !std::isfinite(z)) return false;
+    stations[found++] = {at_u, at_v, z, chord.width()};
+    return true;
+  };
+  if (!look(u, v)) return false;
+  const double step = kStation * per_metre;
+  for (const double way : {1.0, -1.0}) {
+    double at_u = stations[0].u, at_v = stations[0].v, last_z = stations[0].z;
+    for (int k = 0; k < kStations; ++k) {
+      at_u -= way * step * dv, at_v += way * step * du;
+      const double from_u = at_u, from_v = at_v;
+      if (!look(at_u, at_v)) break;
+      if (std::fabs(stations[found - 1].z - last_z) > 2 * kStation + 3 * depth_noise(z0)) {
+        --found;
+        break;
+      }
+      if (std::hypot(at_u - from_u, at_v - from_v) > step) {
+        --found;
+        break;
+      }
+      last_z = stations[found - 1].z;
+    }
+  }
+  if (found < kLeastStations) return false;
+
+  // In space. Rays by differences about the sample: (u, v) moves it by that share of its depth.
+  // Directions of the image's axes in the cloud's frame come from the projection's inverse.
+  Vector3 sum{};
+  std::array<Vector3, 2 * kStations + 1> middle;
+  std::array<double, 2 * kStations + 1> width;
+  for (std::size_t i = 0; i < found; ++i) {
+    middle[i] = image.unproject(stations[i].u - 0.5, stations[i].v - 0.5, stations[i].z);
+    width[i] = stations[i].width * stations[i].z / image.focal();
+    sum = sum + middle[i];
+  }
+  const Vector3 mean = (1.0 / static_cast<double>(found)) * sum;
+  Eigen::Matrix3d C = Eigen::Matrix3d::Zero();
+  for (std::size_t i = 0; i < found; ++i) {
+    const Vector3 d = middle[i] - mean;
+    const Eigen::Vector3d e(d[0], d[1], d[2]);
+    C += e * e.transpose();
+  }
+  Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver;
+  solver.computeDirect(C * 1e4);
+  const Eigen::Vector3d a = solver.eigenvectors().col(2);
+  const auto mid = width.begin() + static_cast<std::ptrdiff_t>(found / 2);
+  std::nth_element(width.begin(), mid, width.begin() + static_cast<std::ptrdiff_t>(found));
+  ribbon.axis = normalized(Vector3{a[0], a[1], a[2]});
+  ribbon.radius = 0.5 * *mid;
+  double low = 0, high = 0;
+  for (std::size_t i = 0; i < found; ++i) {
+    const double h = dot(middle[i] - mean, ribbon.axis);
+    low = std::min(low, h), high = std::max(high, h);
+  }
+  if (high - low < std::max(0.018, kAspect * 2 * ribbon.radius - 0.005)) return false;
+  // Beside the sample, a radius behind the surface.
+  const Vector3 back = mean - image.viewpoint();
+  const Vector3 away = normalized(back - dot(back, ribbon.axis) * ribbon.axis);
+  ribbon.point = mean + dot(sample - mean, ribbon.axis) * ribbon.axis + ribbon.radius * away;
+  return true;
+}
+
+}  // namespace handhold
