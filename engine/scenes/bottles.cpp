@@ -40,6 +40,22 @@ Shape wine_bottle(const Sizes& s) {
   return shape;
 }
 
+/// A vase: foot, waist and mouth in one smooth line.
+Shape vase(const Sizes& s) {
+  const double foot = at(s, "foot_radius"), waist = at(s, "waist_radius"), mouth = at(s, "mouth_radius");
+  const double height = at(s, "height"), low = 0.35 * height, high = low + at(s, "waist_length");
+  std::vector<Point2> outline = {{foot - 0.003, 0}, {foot, 0.003}};
+  append(outline, shoulder({foot, low - 0.025}, {waist, low}));
+  append(outline, shoulder({waist, high}, {mouth, high + 0.025}));
+  append(outline, {{mouth, height - 0.002}, {mouth - 0.002, height}});
+  Shape shape;
+  shape.add_turned(outline);
+  shape.grip("vase foot", {0, 0, 0.003}, {0, 0, low - 0.025}, foot);
+  shape.grip("vase waist", {0, 0, low}, {0, 0, high}, waist);
+  shape.grip("vase mouth", {0, 0, high + 0.025}, {0, 0, height - 0.002}, mouth);
+  return shape;
+}
+
 /// A drinking bottle with a waist for the hand.
 Shape blue_bottle(const Sizes& s) {
   const double body = at(s, "body_radius"), waist = at(s, "waist_radius"), cap = at(s, "cap_radius");
@@ -198,6 +214,16 @@ std::vector<FamilyMaker> bottle_families() {
          {"top_radius", 0.037, 0.0345, 0.039},
          {"height", 0.100, 0.080, 0.130}}},
        cup},
+      {{"vase",
+        kGraspable,
+        kTuning,
+        true,
+        {{"foot_radius", 0.036, 0.030, 0.040},
+         {"waist_radius", 0.024, 0.018, 0.027},
+         {"mouth_radius", 0.033, 0.028, 0.038},
+         {"height", 0.240, 0.200, 0.280},
+         {"waist_length", 0.055, 0.040, 0.070}}},
+       vase},
       {{"blue_bottle",
         kGraspable,
         kReport,

@@ -80,6 +80,22 @@ Shape basket(const Sizes& s) {
   return shape;
 }
 
+/// An open tool box with a bar from one end board to the other.
+Shape tool_tote(const Sizes& s) {
+  const double width = at(s, "width"), depth = at(s, "depth"), height = at(s, "height"), rise = at(s, "bar_rise");
+  const double bar = at(s, "bar_radius"), half = width / 2;
+  constexpr double kWall = 0.008;
+  Shape shape;
+  shape.add_open_box(width, depth, height, kWall);
+  for (const double side : {-1.0, 1.0}) {
+    shape.add_box(kWall, 0.060, rise + 0.030, translation(side * (half - kWall / 2), 0, height + rise / 2 - 0.005));
+  }
+  const Pose along = translation(-half + kWall / 2, 0, height + rise - 0.010) * rotation({0, 1, 0}, kRightAngle);
+  shape.add_cylinder(bar, width - kWall, along);
+  shape.grip("tool tote bar", {0, 0, kWall / 2 + 0.001}, {0, 0, width - 1.5 * kWall - 0.001}, bar, 1, along);
+  return shape;
+}
+
 /// A piece of a cupboard: a block with a drawer handle on its face towards +x.
 Shape drawer_block(const Sizes& s) {
   const double width = at(s, "width"), depth = at(s, "depth"), height = at(s, "height"), bar = at(s, "handle_radius");
@@ -107,6 +123,16 @@ std::vector<FamilyMaker> carried_families() {
          {"grip_length", 0.085, 0.070, 0.095},
          {"bow_rise", 0.085, 0.070, 0.100}}},
        bucket},
+      {{"tool_tote",
+        kGraspable,
+        kTuning,
+        true,
+        {{"width", 0.260, 0.200, 0.340},
+         {"depth", 0.150, 0.120, 0.200},
+         {"height", 0.080, 0.060, 0.110},
+         {"bar_rise", 0.090, 0.070, 0.110},
+         {"bar_radius", 0.012, 0.008, 0.016}}},
+       tool_tote},
       {{"carrying_case",
         kGraspable,
         kReport,

@@ -86,6 +86,31 @@ Shape planter(const Sizes& s) {
   return shape;
 }
 
+/// A basin with a lip that is turned outwards.
+Shape basin(const Sizes& s) {
+  const double low = at(s, "bottom_radius"), high = at(s, "top_radius"), height = at(s, "height"), lip = at(s, "lip");
+  constexpr double kWall = 0.003;
+  Shape shape;
+  shape.add_vessel({{0, low, low - kWall},
+                    {height - 0.008, high, high - kWall},
+                    {height - 0.005, high + lip, high - kWall},
+                    {height, high + lip, high - kWall}},
+                   0.004);
+  return shape;
+}
+
+/// A closed box with round corners all around its outline.
+Shape tin(const Sizes& s) {
+  const double half_x = at(s, "width") / 2, half_y = at(s, "depth") / 2, height = at(s, "height");
+  const double corner = at(s, "corner");
+  Shape shape;
+  shape.add_lofted({{0, half_x - 0.003, half_y - 0.003, corner},
+                    {0.003, half_x, half_y, corner},
+                    {height - 0.003, half_x, half_y, corner},
+                    {height, half_x - 0.003, half_y - 0.003, corner}});
+  return shape;
+}
+
 /// Its top is z = 0.
 Shape board(const Sizes& s) {
   const double z = at(s, "thickness");
@@ -127,6 +152,33 @@ std::vector<FamilyMaker> plain_families() {
          {"height", 0.110, 0.086, 0.160},
          {"wall", 0.004, 0.003, 0.006}}},
        open_box},
+      {{"basin",
+        kPlain,
+        kTuning,
+        true,
+        {{"bottom_radius", 0.080, 0.060, 0.110},
+         {"top_radius", 0.115, 0.112, 0.150},
+         {"height", 0.090, 0.060, 0.130},
+         {"lip", 0.008, 0.004, 0.012}}},
+       basin},
+      {{"crate",
+        kPlain,
+        kTuning,
+        true,
+        {{"width", 0.260, 0.180, 0.340},
+         {"depth", 0.180, 0.130, 0.240},
+         {"height", 0.060, 0.030, 0.100},
+         {"wall", 0.009, 0.006, 0.014}}},
+       open_box},
+      {{"tin",
+        kPlain,
+        kTuning,
+        true,
+        {{"width", 0.170, 0.120, 0.230},
+         {"depth", 0.120, 0.090, 0.150},
+         {"height", 0.050, 0.030, 0.085},
+         {"corner", 0.015, 0.008, 0.025}}},
+       tin},
       {{"brick",
         kPlain,
         kReport,
