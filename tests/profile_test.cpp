@@ -19,7 +19,7 @@ std::vector<ProfilePiece> cut(const std::vector<double>& radii, double noise = 0
   for (const double r : radii) slices.push_back({r > 0 ? kWeight : 0, r + (noise > 0 ? noise * normal(random) : 0)});
   ProfileScratch scratch;
   std::vector<ProfilePiece> pieces;
-  cut_profile(slices, kWidth, kLeastJump, scratch, pieces);
+  cut_profile(slices, kWidth, kLeastJump, kPiecePenalty, scratch, pieces);
   return pieces;
 }
 

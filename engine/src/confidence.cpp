@@ -7,15 +7,15 @@ namespace handhold {
 namespace {
 
 constexpr double kWeights[kFeatures] = {
-    1.7917, -0.6512, -0.0085, -0.4580, 0.1918,  0.0650,  -0.0856, 0.5408,  -0.2401, 1.6294,  -2.1238, 0.0462,  1.0818,
-    0.6075, -0.7966, -1.4087, -0.3042, 1.2897,  -0.1715, -0.4891, -0.2295, -0.1699, -0.0828, -0.1875, -0.8534, -0.6128,
-    2.9346, 0.1460,  1.0828,  -1.2654, -0.6498, -1.3967, -1.9919, 0.1557,  -0.2398, -0.8075, -0.9004, 0.7518,  -0.3233};
+    0.6165, -0.6124, -0.0993, -0.9565, 0.5086,  0.0411,  0.5635,  -0.0479, -0.1415, 1.4895,  -1.4926, 0.1613,  0.6159,
+    0.5688, 1.0366,  -0.9071, -0.1765, 0.3634,  -0.3285, -0.2778, -0.2115, -0.2550, -0.0791, 0.4262,  -1.5215, -0.2141,
+    2.0910, 0.1466,  1.5507,  -1.0297, -0.3405, -1.9828, -2.9830, 0.8719,  0.5764,  -0.1638, -1.6911, 0.5858,  0.7905};
 
 }  // namespace
 
 std::array<double, kFeatures> features(const Evidence& e) {
   const double r = std::max(e.radius, 1e-3), sigma = std::max(e.sigma, 1e-4);
-  const double noise = 1e3 * sigma - 1.5, thin = std::max(0.0, std::log(0.014 / r));
+  const double noise = std::min(1e3 * sigma, 3.0) - 1.5, thin = std::max(0.0, std::log(0.014 / r));
   const double arc = e.arc - 2.2, normals = 10 * e.normal_error, members = std::log(1 + e.members) - 2.5;
   const double corner = 10 * std::clamp(e.corner_gain, -0.5, 0.5), axes = 10 * std::min(e.axis_spread, 0.4);
   const double near = std::log(std::clamp(e.nearer_end, 0.3, 3.0)), far = std::log(std::clamp(e.farther_end, 0.3, 3.0));

@@ -11,6 +11,7 @@ namespace {
 
 constexpr double kExtension = 0.02;  ///< m; how far beyond its members a part may go on
 constexpr std::size_t kLeastPoints = 25;
+constexpr double kMostNoise = 0.3;   ///< of the radius: in more no cross-section can be told from another
 constexpr double kThinnest = 0.004;  ///< m
 constexpr double kWidthSlack = 1.04;
 constexpr int kSteps = 10;
@@ -22,8 +23,9 @@ constexpr double kRmsShare = 0.06;
 constexpr double kSureCount = 10;  ///< points of a slice beyond which its radius gets no surer: their noise is alike
 /// A jump of the radius parts two pieces when it is larger than both.
 constexpr double kJump = 0.0012, kJumpShare = 0.06;  ///< m; of the radius
-constexpr double kLeastArc = 1.2217;                 ///< rad
-constexpr double kMostNormalError = 0.55;            ///< rad
+constexpr double kSuspicion = 6;  ///< a piece's penalty (profile.h) where it is only asked whether there may be some
+constexpr double kLeastArc = 1.2217;       ///< rad
+constexpr double kMostNormalError = 0.55;  ///< rad
 constexpr double kBeside = 1.8,
                  kBesideMore = 0.008;  ///< of the radius, and m; how far from its middle one looks for its end
 constexpr double kSameWidth = 0.3, kSameWidthMore = 0.0015;  ///< share and m; widths along a strap differ by less
@@ -97,7 +99,7 @@ bool PartCheck::refit(double low, double high, Cylinder& c) {
 }
 
 /// Cuts what lies on the cylinder, in `n` slices from `low`, into pieces of different radii; false: too few points.
-bool PartCheck::find_pieces(const Cylinder& c, double low, std::size_t n) {
+bool PartCheck::find_pieces(const Cylinder& c, double low, std::size_t n, double penalty) {
   if (points_.select(c, low, low + static_cast<double>(n) * kSlice) < kLeastPoints) return false;
   fill_slices(c, low, n);
   profile_.assign(n, {});
@@ -107,7 +109,7 @@ bool PartCheck::find_pieces(const Cylinder& c, double low, std::size_t n) {
     profile_[i] = {std::min(s.count, kSureCount) / (sigma_ * sigma_), s.distance / s.count};
   }
   pieces_.clear();
-  cut_profile(profile_, kSlice, std::max(kJump, kJumpShare * c.radius), profile_scratch_, pieces_);
+  cut_profile(profile_, kSlice, std::max(kJump, kJumpShare * c.radius), penalty, profile_scratch_, pieces_);
   return true;
 }
 
@@ -354,6 +356,7 @@ void PartCheck::run(const PartGroup& group, const std::vector<Affordance>& affor
   Cylinder c = group.mean;
   double low = group.low, high = group.high;
   sigma_ = depth_noise(norm(image_->viewpoint() - c.point));
+  if (sigma_ > kMostNoise * c.radius) return;
   points_.gather(c, low - kExtension, high + kExtension, sigma_);
   if (2 * group.straps >= group.members.size()) {
     PartCandidate candidate;
@@ -372,10 +375,10 @@ void PartCheck::run(const PartGroup& group, const std::vector<Affordance>& affor
   if (c.radius < kThinnest) return;
   low -= kExtension, high += kExtension;
   const auto n = std::max<std::size_t>(1, static_cast<std::size_t>(std::ceil((high - low) / kSlice)));
-  if (!find_pieces(c, low, n)) return;
+  // A fit to several pieces of different radii tilts the axis, which hides the steps between them: at the first sign of
+  // a step the one of most points tells the axis.
+  if (!find_pieces(c, low, n, kSuspicion)) return;
   if (pieces_.size() > 1) {
-    // The fit was to several pieces of different radii, which tilts the axis; the one of most points tells it better,
-    // and by a better axis they come apart better.
     const auto weight_of = [&](const ProfilePiece& piece) {
       double weight = 0;
       for (std::size_t i = piece.first; i < piece.last; ++i) weight += slices_[i].count;
@@ -388,8 +391,8 @@ void PartCheck::run(const PartGroup& group, const std::vector<Affordance>& affor
     own.radius = radius_of(most);
     if (refit(low + static_cast<double>(most.first) * kSlice, low + static_cast<double>(most.last) * kSlice, own)) {
       c = own;
-      if (!find_pieces(c, low, n)) return;
     }
+    if (!find_pieces(c, low, n, kPiecePenalty)) return;
   }
   const bool cut = pieces_.size() > 1;
   for (const ProfilePiece& piece : pieces_) {

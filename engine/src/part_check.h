@@ -55,7 +55,7 @@ class PartCheck {
 
   void fill_slices(const Cylinder& c, double low, std::size_t n);
   bool refit(double low, double high, Cylinder& c);
-  bool find_pieces(const Cylinder& c, double low, std::size_t n);
+  bool find_pieces(const Cylinder& c, double low, std::size_t n, double penalty);
   double radius_of(const ProfilePiece& piece) const;
   enum class Kind {
     kWhole,  ///< the cylinder is as fitted

@@ -26,7 +26,10 @@ constexpr double kCosContinue = 0.9396926207859084;              ///< 20 degrees
 constexpr double kOffsetContinue = 0.6;                          ///< of the smaller radius
 constexpr double kSameRadiusShare = 0.13, kSameRadius = 0.0008;  ///< m; a larger step is where a part ends
 constexpr double kStepShare = 0.10, kStep = 0.0025;              ///< where a step was seen
-constexpr double kContinueGap = 0.12;                            ///< m; clutter in front of a part hides so much
+constexpr double kLikely = 0.5;
+constexpr double kStepGap = 0.02;      ///< m; beyond a step
+constexpr double kStepBonus = 0.7;     ///< in log odds
+constexpr double kContinueGap = 0.12;  ///< m; clutter in front of a part hides so much
 /// Share of the shorter one's length up to which two parts on one line may overlap.
 constexpr double kMostShared = 0.3;
 constexpr double kCosAlike = 0.766;  ///< 40 degrees
@@ -40,15 +43,28 @@ bool continues(const PartCandidate& first, const PartCandidate& second) {
   const Vector3 d = h.center - g.center;
   const double along = dot(d, g.axis), offset = kOffsetContinue * std::min(g.radius, h.radius) + kOffset;
   if (norm(d - along * g.axis) > offset && norm(d - dot(d, h.axis) * h.axis) > offset) return false;
-  if (std::fabs(along) - 0.5 * (g.length + h.length) > kContinueGap) return false;
-  // Where the points showed a step, a small one parts them.
+  const double gap = std::fabs(along) - 0.5 * (g.length + h.length);
+  if (gap > kContinueGap) return false;
+  // Where the points showed a step, a small one parts them, and what lies beyond another piece is another part.
   const bool same_way = dot(g.axis, h.axis) > 0, beyond = along > 0;
   const bool step =
       (beyond ? first.ends_high : first.ends_low) || (beyond == same_way ? second.ends_low : second.ends_high);
+  if (step && gap > kStepGap) return false;
   const bool within = std::fabs(along) < 0.5 * g.length;
   const double larger = std::max(g.radius, h.radius), same = kSameRadiusShare * larger + kSameRadius;
   const double most = step && !within ? std::min(same, std::max(kStepShare * larger, kStep)) : same;
   return std::fabs(g.radius - h.radius) <= most;
+}
+
+/// Whether `other` is a part of another radius on the line through both, in the gap between them.
+bool parts(const Handle& g, const Handle& h, const Handle& other) {
+  if (std::fabs(dot(g.axis, other.axis)) < kCosContinue) return false;
+  const double to_h = dot(h.center - g.center, g.axis), to_other = dot(other.center - g.center, g.axis);
+  if (to_h * to_other < 0) return false;
+  if (std::fabs(to_other) < 0.5 * g.length || std::fabs(to_other) > std::fabs(to_h) - 0.5 * h.length) return false;
+  if (norm(other.center - g.center - to_other * g.axis) > kOffsetContinue * std::min(g.radius, other.radius) + kOffset)
+    return false;
+  return std::fabs(g.radius - other.radius) > kSameRadiusShare * std::max(g.radius, other.radius) + kSameRadius;
 }
 
 /// Makes g as long as both.
@@ -83,9 +99,12 @@ bool overlaps(const Handle& g, const Handle& h) {
          (std::fabs(along_h) < 0.5 * h.length && across_h < large);
 }
 
-/// Whether h is g's, which grows when h goes on where it ends.
-bool takes(PartCandidate& g, const PartCandidate& h) {
+/// Whether h is g's, which grows when h goes on where it ends. `likely`: parts that may lie between them.
+bool takes(PartCandidate& g, const PartCandidate& h, const std::vector<Handle>& likely) {
   if (continues(g, h)) {
+    if (std::any_of(likely.begin(), likely.end(), [&](const Handle& o) { return parts(g.handle, h.handle, o); })) {
+      return false;
+    }
     extend(g, h);
     return true;
   }
@@ -96,20 +115,29 @@ bool takes(PartCandidate& g, const PartCandidate& h) {
 
 /// Of parts on the same place the likeliest one stays; pieces of one part become one.
 void PartSearch::resolve() {
-  std::sort(all_.begin(), all_.end(), [](const PartCandidate& a, const PartCandidate& b) {
-    const Handle &g = a.handle, &h = b.handle;
-    return g.confidence != h.confidence ? g.confidence > h.confidence : g.affordances < h.affordances;
+  // A step is found against a penalty: what ends at one explains the line better than what runs across it.
+  const auto rank = [](const PartCandidate& c) {
+    const double p = std::clamp(c.handle.confidence, 1e-6, 1 - 1e-6);
+    return std::log(p / (1 - p)) + (c.ends_low || c.ends_high ? kStepBonus : 0);
+  };
+  std::sort(all_.begin(), all_.end(), [&](const PartCandidate& a, const PartCandidate& b) {
+    const double p = rank(a), q = rank(b);
+    return p != q ? p > q : a.handle.affordances < b.handle.affordances;
   });
   kept_.clear();
+  likely_.clear();
+  for (const PartCandidate& candidate : all_) {
+    if (candidate.handle.confidence >= kLikely) likely_.push_back(candidate.handle);
+  }
   for (PartCandidate& candidate : all_) {
     bool explained = false;
-    for (std::size_t i = 0; i < kept_.size() && !explained; ++i) explained = takes(kept_[i], candidate);
+    for (std::size_t i = 0; i < kept_.size() && !explained; ++i) explained = takes(kept_[i], candidate, likely_);
     if (!explained) kept_.push_back(std::move(candidate));
   }
   // What has grown meanwhile may reach others.
   for (std::size_t i = 0; i < kept_.size(); ++i) {
     for (std::size_t k = i + 1; k < kept_.size();) {
-      if (!takes(kept_[i], kept_[k])) {
+      if (!takes(kept_[i], kept_[k], likely_)) {
         ++k;
         continue;
       }

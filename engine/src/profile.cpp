@@ -7,9 +7,6 @@
 namespace handhold {
 namespace {
 
-/// What another piece must gain, in units of the variance: five times the log of some thirty slices, for its three
-/// unknowns and for the choice among all places where it may begin.
-constexpr double kPenalty = 16;
 /// Radius over length: up to here a piece is a cone, beyond it the shoulder between two.
 constexpr double kSteep = 0.35;
 
@@ -37,8 +34,8 @@ Line fit(const std::vector<double>& sums, std::size_t a, std::size_t b) {
 
 }  // namespace
 
-void cut_profile(const std::vector<ProfileSlice>& slices, double width, double least_jump, ProfileScratch& scratch,
-                 std::vector<ProfilePiece>& pieces) {
+void cut_profile(const std::vector<ProfileSlice>& slices, double width, double least_jump, double penalty,
+                 ProfileScratch& scratch, std::vector<ProfilePiece>& pieces) {
   const std::size_t n = slices.size();
   std::vector<double>& sums = scratch.sums;
   sums.assign(6 * (n + 1), 0.0);
@@ -52,7 +49,7 @@ void cut_profile(const std::vector<ProfileSlice>& slices, double width, double l
   scratch.cost[0] = 0;
   for (std::size_t b = 1; b <= n; ++b) {
     for (std::size_t a = 0; a < b; ++a) {
-      const double cost = scratch.cost[a] + fit(sums, a, b).cost + kPenalty;
+      const double cost = scratch.cost[a] + fit(sums, a, b).cost + penalty;
       if (cost < scratch.cost[b]) scratch.cost[b] = cost, scratch.from[b] = a;
     }
   }

@@ -17,16 +17,21 @@ struct ProfilePiece {
   std::size_t first, last;
 };
 
+/// Five times the log of some thirty slices, for a piece's three unknowns and for the choice among all places where it
+/// may begin.
+inline constexpr double kPiecePenalty = 16;
+
 /// Cuts a profile of slices of `width` (m) where its radius jumps. Between two cuts it may be any line of a moderate
 /// slope, or several that meet: the cheapest explanation by pieces of lines, found by dynamic programming; neighbours
 /// that meet to within the noise and `least_jump` (m) stay together, and what is steeper than a cone that a hand could
-/// hold belongs to nobody. Appends the pieces in order. `scratch` is reused.
+/// hold belongs to nobody. `penalty`: what another piece must gain, in units of the variance. Appends the pieces in
+/// order. `scratch` is reused.
 struct ProfileScratch {
   std::vector<double> cost, sums;
   std::vector<std::size_t> from;
   std::vector<ProfilePiece> pieces;
 };
-void cut_profile(const std::vector<ProfileSlice>& slices, double width, double least_jump, ProfileScratch& scratch,
-                 std::vector<ProfilePiece>& pieces);
+void cut_profile(const std::vector<ProfileSlice>& slices, double width, double least_jump, double penalty,
+                 ProfileScratch& scratch, std::vector<ProfilePiece>& pieces);
 
 }  // namespace handhold
