@@ -30,7 +30,10 @@ constexpr double kBeside = 1.8,
                  kBesideMore = 0.008;  ///< of the radius, and m; how far from its middle one looks for its end
 constexpr double kSameWidth = 0.3, kSameWidthMore = 0.0015;  ///< share and m; widths along a strap differ by less
 constexpr std::size_t kLeastOutline = 3;                     ///< slices
-constexpr double kStrap = 0.9;  ///< of a cylinder's radius: seen narrower than this it is none
+/// Of a cylinder's radius: seen narrower than this it is a strap. The steep sides of thick parts are often not
+/// measured.
+constexpr double kStrap = 0.9, kThickShare = 0.8;
+constexpr double kThickStrap = 0.018;  ///< m; radius
 
 double median(std::vector<double>& values) {
   const auto at = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
@@ -336,7 +339,7 @@ bool PartCheck::measure(Cylinder c, double low, double high, Kind kind, const Pa
   const double left = std::min(usual_[count * 2 / 100] - half_pixel, -steps[1]);
   const double right = std::max(usual_[count - 1 - count * 2 / 100] + half_pixel, steps[0]);
   const double half_width = 0.5 * (right - left);
-  const bool strap = kind != Kind::kStrap && half_width < kStrap * c.radius;
+  const bool strap = kind != Kind::kStrap && half_width < (c.radius < kThickStrap ? kStrap : kThickShare) * c.radius;
   handle.center = c.point + middle * c.axis;
   if (strap) handle.center = handle.center + 0.5 * (left + right) * f.side + (c.radius - half_width) * f.ahead;
   handle.axis = canonical_axis(c.axis);

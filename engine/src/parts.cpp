@@ -28,7 +28,7 @@ constexpr double kSameRadiusShare = 0.13, kSameRadius = 0.0008;  ///< m; a large
 constexpr double kStepShare = 0.10, kStep = 0.0025;              ///< where a step was seen
 constexpr double kLikely = 0.5;
 constexpr double kStepGap = 0.02;      ///< m; beyond a step
-constexpr double kStepBonus = 0.7;     ///< in log odds
+constexpr double kStepBonus = 1.0;     ///< in log odds
 constexpr double kContinueGap = 0.12;  ///< m; clutter in front of a part hides so much
 /// Share of the shorter one's length up to which two parts on one line may overlap.
 constexpr double kMostShared = 0.3;
