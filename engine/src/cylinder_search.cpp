@@ -25,7 +25,9 @@ bool of_scale(double ball, double radius, double slack) {
 
 Step Search::judge(const Candidate& c, double ball, Scratch& s, Found& found) const {
   const Vector3 to_sensor = image_->viewpoint() - c.position;
-  const auto convex = [&](const Vector3& center) { return dot(c.position - center, to_sensor) > 0; };
+  const auto convex = [&](const Vector3& center) {
+    return !conditions_.convex || dot(c.position - center, to_sensor) > 0;
+  };
   if (!convex(c.affordance.center)) return Step::kConcave;
   if (!of_scale(ball, c.affordance.radius, 1.5)) return Step::kPoorFit;
 
@@ -38,7 +40,7 @@ Step Search::judge(const Candidate& c, double ball, Scratch& s, Found& found) co
   const PointArrays points{s.x.data(), s.y.data(), s.z.data(), static_cast<std::size_t>(n)};
   const double sigma = depth_noise(norm(to_sensor));
   Cylinder cylinder{c.affordance.center - c.position, c.affordance.axis, c.affordance.radius};
-  const double rms = refine_cylinder(points, sigma, kSteps, cylinder);
+  const double rms = refine_cylinder(points, sigma, conditions_.refine ? kSteps : 0, cylinder);
   if (2 * cylinder.radius > kWidthSlack * options_->hand_aperture) return Step::kCircleWide;
   if (cylinder.radius < kThinnest || 2 * cylinder.radius < options_->hand_minimum) return Step::kCircleNarrow;
   // At the sample's height.
@@ -46,9 +48,9 @@ Step Search::judge(const Candidate& c, double ball, Scratch& s, Found& found) co
   if (!convex(c.position + cylinder.point)) return Step::kConcave;
   if (!of_scale(ball, cylinder.radius, 1) || rms > kRmsShare * cylinder.radius + sigma) return Step::kPoorFit;
   const double arc = arc_of(points, cylinder, to_sensor);
-  if (arc < kLeastArc) return Step::kPoorFit;
+  if (arc < kLeastArc && conditions_.least_arc) return Step::kPoorFit;
 
-  const Grip grip = FingerTest(*options_, *image_)
+  const Grip grip = FingerTest(*options_, *image_, conditions_)
                         .any(c.position + cylinder.point, cylinder.axis, cylinder.radius, options_->finger_width);
   if (!grip.fits) return Step::kNoGap;
   Affordance& a = found.affordance = c.affordance;

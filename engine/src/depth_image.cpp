@@ -29,7 +29,7 @@ Vector3 point(const float* p) {
 
 }  // namespace
 
-bool DepthImage::build(const CloudView& cloud) {
+bool DepthImage::build(const CloudView& cloud, const Conditions& conditions) {
   clear();
   if (!cloud.viewpoint || cloud.size() == 0) return false;
   viewpoint_ = *cloud.viewpoint;
@@ -39,8 +39,8 @@ bool DepthImage::build(const CloudView& cloud) {
     draw_unorganized(cloud);
   }
   if (empty()) return false;
-  fill_shadows();
-  fill_void();
+  if (conditions.fill_shadows) fill_shadows();
+  if (conditions.fill_void) fill_void();
   return true;
 }
 

@@ -19,7 +19,7 @@ constexpr double kTolerance = 0.003;
 /// Play of a hand about the part, for the noise of the part's own points (m).
 constexpr double kPlay = 0.002;
 /// Places of the rest of the hand: along the fingers up to the palm and across them; across the palm and into it.
-constexpr int kUpperColumns = 16, kUpperRows = 4;
+constexpr int kUpperColumns = 16, kUpperRows = 2;
 constexpr int kPalmColumns = 16, kPalmRows = 2;
 constexpr double kPalm = 0.01;  ///< m; thickness of the palm
 /// Where the part touches the palm, the noise of its points is not held against it up to here (m).
@@ -58,26 +58,41 @@ class Places {
 
   /// Places of each column behind which the sensor saw something, or nothing at all.
   void free(Columns& columns) { count(kTolerance, columns); }
+  /// Places of each column at which it saw nothing: free, or out of its sight.
+  void not_seen(Columns& columns) {
+    Columns behind;
+    count(kTolerance, columns);
+    count(-kTolerance, behind);
+    const auto all = static_cast<float>(query_.rows * query_.layers);
+    for (std::size_t c = 0; c < static_cast<std::size_t>(query_.columns); ++c) columns[c] += all - behind[c];
+  }
 
   /// Whether what the sensor saw fills more than a share of any `window` columns in a row.
   bool filled(int window, double share) {
+    const double most = share * (window * query_.rows * query_.layers);
     Columns before, behind;
     count(kTolerance, before);
+    behind.fill(static_cast<float>(query_.rows * query_.layers));
+    if (most_between(before, behind, window) <= most) return false;  // mostly it is all free, and that was that
     count(-kSolid, behind);
-    int sum = 0, most = 0;
-    const auto at = [&](int c) {
-      return static_cast<int>(behind[static_cast<std::size_t>(c)] - before[static_cast<std::size_t>(c)]);
-    };
-    for (int c = 0; c < query_.columns; ++c) {
-      sum += at(c) - (c >= window ? at(c - window) : 0);
-      most = std::max(most, sum);
-    }
-    return most > share * (window * query_.rows * query_.layers);
+    return most_between(before, behind, window) > most;
   }
 
  private:
   static void set(float* to, const DepthImage::Projected& p) {
     to[0] = static_cast<float>(p.a), to[1] = static_cast<float>(p.b), to[2] = static_cast<float>(p.depth);
+  }
+  /// Largest sum of the differences of `window` columns in a row.
+  int most_between(const Columns& low, const Columns& high, int window) const {
+    int sum = 0, most = 0;
+    const auto at = [&](int c) {
+      return static_cast<int>(high[static_cast<std::size_t>(c)] - low[static_cast<std::size_t>(c)]);
+    };
+    for (int c = 0; c < query_.columns; ++c) {
+      sum += at(c) - (c >= window ? at(c - window) : 0);
+      most = std::max(most, sum);
+    }
+    return most;
   }
   void count(double tolerance, Columns& columns) {
     query_.tolerance = static_cast<float>(tolerance);
@@ -122,7 +137,7 @@ Grip FingerTest::at(const Vector3& center, const Vector3& axis, double radius, d
   for (int k = 0; k < 2; ++k) {
     places.box({outward[k], first * kStep, (first + columns) * kStep, columns}, {grip.from, -tip, top, kDepths});
     Columns free;
-    places.free(free);
+    conditions_.seen_empty ? places.free(free) : places.not_seen(free);
     int sum = 0;
     for (int c = 0; c < columns; ++c) {
       sum += static_cast<int>(free[static_cast<std::size_t>(c)]);
@@ -143,6 +158,10 @@ Grip FingerTest::at(const Vector3& center, const Vector3& axis, double radius, d
   grip.opening = distance[0] + distance[1];
   if (!open[0] || !open[1] || grip.opening > options_->hand_aperture + 2 * kPlay) return grip;
 
+  if (!conditions_.palm) {
+    grip.fits = true;
+    return grip;
+  }
   // The rest of the hand is nearer to the sensor, often out of its sight: only what was seen there counts.
   const double most = 1 - options_->min_free;
   const double palm = std::max(base, radius + kPalmRoom);
@@ -162,7 +181,7 @@ Grip FingerTest::at(const Vector3& center, const Vector3& axis, double radius, d
 
 Grip FingerTest::any(const Vector3& center, const Vector3& axis, double radius, double width) const {
   Grip best;
-  for (int i = 0; i < kAngles; ++i) {
+  for (int i = 0; i < angles(); ++i) {
     const Grip grip = at(center, axis, radius, width, angle(i));
     if (grip.fits) return grip;
     if (i == 0 || grip.free > best.free) best = grip;

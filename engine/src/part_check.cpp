@@ -81,7 +81,7 @@ bool PartCheck::measure(Cylinder c, double low, double high, bool cut, const Par
     // The fit was to several pieces of different radii.
     if (points_.select(c, low, high) < kLeastPoints) return false;
     Cylinder fit = c;
-    refine_cylinder(points_.taken(), sigma_, kSteps, fit);
+    if (conditions_.refit) refine_cylinder(points_.taken(), sigma_, kSteps, fit);
     if (std::fabs(dot(fit.axis, c.axis)) > 0.95 && std::fabs(fit.radius - c.radius) < 0.35 * c.radius) {
       fit.point = fit.point + dot(c.point - fit.point, fit.axis) * fit.axis;
       if (dot(fit.axis, c.axis) < 0) fit.axis = -1.0 * fit.axis;
@@ -106,13 +106,13 @@ bool PartCheck::measure(Cylinder c, double low, double high, bool cut, const Par
   std::nth_element(usual_.begin(), median, usual_.end());
   const double usual = *median;
 
-  const FingerTest fingers(*options_, *image_);
+  const FingerTest fingers(*options_, *image_, conditions_);
   std::size_t best_length = 0, best_first = 0;
   double best_free = 0;
   Vector3 from{};
   std::vector<char> pass(n);
   std::vector<double> free(n);
-  for (int k = 0; k < FingerTest::kAngles; ++k) {
+  for (int k = 0; k < fingers.angles(); ++k) {
     std::fill(pass.begin(), pass.end(), 0);
     std::fill(free.begin(), free.end(), 0.0);
     Vector3 towards{};
@@ -193,9 +193,10 @@ bool PartCheck::measure(Cylinder c, double low, double high, bool cut, const Par
   e.residual = std::sqrt(square / static_cast<double>(count));
   e.arc = arc_of(points_.taken(), c, f.ahead);
   e.normal_error = normals ? error / static_cast<double>(normals) : 0;
-  if (e.arc < kLeastArc || e.normal_error > kMostNormalError) return false;
+  if (conditions_.normal_error && normals) e.normal_error = *conditions_.normal_error;
+  if ((conditions_.least_arc && e.arc < kLeastArc) || e.normal_error > kMostNormalError) return false;
   e.inner = inner / static_cast<double>(count), e.outer = outer / static_cast<double>(count);
-  e.corner_gain = corner_gain(e.residual);
+  e.corner_gain = conditions_.corner_gain ? *conditions_.corner_gain : corner_gain(e.residual);
 
   Handle& handle = found.handle;
   handle.affordances.clear();
@@ -245,7 +246,7 @@ void PartCheck::run(const PartGroup& group, const std::vector<Affordance>& affor
   for (int pass = 0; pass < 2; ++pass) {
     if (points_.select(c, low, high) < kLeastPoints) return;
     Cylinder fit = c;
-    refine_cylinder(points_.taken(), sigma_, kSteps, fit);
+    if (conditions_.refit) refine_cylinder(points_.taken(), sigma_, kSteps, fit);
     if (std::fabs(dot(fit.axis, c.axis)) < 0.9 || std::fabs(fit.radius - c.radius) > 0.35 * c.radius + 0.003) break;
     // Heights keep their origin.
     fit.point = fit.point + dot(c.point - fit.point, fit.axis) * fit.axis;
@@ -264,7 +265,11 @@ void PartCheck::run(const PartGroup& group, const std::vector<Affordance>& affor
     profile_[i] = {std::min(s.count, kSureCount) / (sigma_ * sigma_), s.distance / s.count};
   }
   pieces_.clear();
-  cut_profile(profile_, kSlice, std::max(kJump, kJumpShare * c.radius), profile_scratch_, pieces_);
+  if (conditions_.cut_profile) {
+    cut_profile(profile_, kSlice, std::max(kJump, kJumpShare * c.radius), profile_scratch_, pieces_);
+  } else {
+    pieces_.push_back({0, n});
+  }
   const bool cut = pieces_.size() > 1;
   for (const ProfilePiece& piece : pieces_) {
     const double from = low + static_cast<double>(piece.first) * kSlice,

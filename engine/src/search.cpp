@@ -73,7 +73,7 @@ double cylinder_residual(double curvature, double radius) {
 
 }  // namespace
 
-Search::Search(const Options& options) : options_(&options) {
+Search::Search(const Options& options, const Conditions& conditions) : options_(&options), conditions_(conditions) {
   // Only a fitted circle within the aperture goes on, so nothing flatter than a cylinder of that width is worth a sum.
   // A strip whose points have the variance v across leaves 2 v / sqrt(5) / (2 curvature) = 0.894 v / (2 curvature).
   const double widest = std::min(options.hand_aperture / 2, options.effective_reach());

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "aligned.h"
+#include "conditions.h"
 #include "cylinder.h"
 #include "depth_image.h"
 #include "handhold/options.h"
@@ -29,7 +30,7 @@ struct StepSeconds {
 /// 16 fits are solved at once.
 class Search {
  public:
-  explicit Search(const Options& options);
+  explicit Search(const Options& options, const Conditions& conditions = {});
 
   /// `image`: what was seen, for the default method; null or empty: the paper's shells decide.
   void begin(const TileStore& tiles, const NeighbourIndex& index, const std::optional<Vector3>& viewpoint,
@@ -87,6 +88,7 @@ class Search {
   Step judge(const Candidate& candidate, double radius, Scratch& s, Found& found) const;
 
   const Options* options_;
+  Conditions conditions_;
   const TileStore* tiles_ = nullptr;
   const NeighbourIndex* index_ = nullptr;
   const DepthImage* image_ = nullptr;  ///< not null: the default method
