@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numeric>
 
 #include "kernels.h"
 
@@ -18,16 +19,13 @@ static_assert(kMostColumns % 16 == 0);
 constexpr double kTolerance = 0.003;
 /// Play of a hand about the part, for the noise of the part's own points (m).
 constexpr double kPlay = 0.002;
-/// Places of the rest of the hand: along the fingers up to the palm and across them; across the palm and into it.
-constexpr int kUpperColumns = 16, kUpperRows = 2;
+/// The palm: places across it and into it, and its thickness (m).
 constexpr int kPalmColumns = 16, kPalmRows = 2;
-constexpr double kPalm = 0.01;  ///< m; thickness of the palm
+constexpr double kPalm = 0.01;
 /// Where the part touches the palm, the noise of its points is not held against it up to here (m).
 constexpr double kPalmRoom = 0.005;
-/// Length of a finger's stretch that is looked at by itself (m), so that a long one does not pass through things.
-constexpr double kStretch = 0.01;
 /// Whatever is seen is taken to be as thick as this (m): of a wall the sensor sees the face only.
-constexpr double kSolid = 0.02;
+constexpr double kSolid = 0.01;
 
 using Columns = std::array<float, kMostColumns>;
 
@@ -67,32 +65,22 @@ class Places {
     for (std::size_t c = 0; c < static_cast<std::size_t>(query_.columns); ++c) columns[c] += all - behind[c];
   }
 
-  /// Whether what the sensor saw fills more than a share of any `window` columns in a row.
-  bool filled(int window, double share) {
-    const double most = share * (window * query_.rows * query_.layers);
+  /// Whether what the sensor saw fills more than a share of the box.
+  bool filled(double share) {
     Columns before, behind;
+    const double all = query_.columns * query_.rows * query_.layers;
     count(kTolerance, before);
-    behind.fill(static_cast<float>(query_.rows * query_.layers));
-    if (most_between(before, behind, window) <= most) return false;  // mostly it is all free, and that was that
+    if (all - sum(before) <= share * all) return false;  // mostly it is all free, and that was that
     count(-kSolid, behind);
-    return most_between(before, behind, window) > most;
+    return sum(behind) - sum(before) > share * all;
   }
 
  private:
   static void set(float* to, const DepthImage::Projected& p) {
     to[0] = static_cast<float>(p.a), to[1] = static_cast<float>(p.b), to[2] = static_cast<float>(p.depth);
   }
-  /// Largest sum of the differences of `window` columns in a row.
-  int most_between(const Columns& low, const Columns& high, int window) const {
-    int sum = 0, most = 0;
-    const auto at = [&](int c) {
-      return static_cast<int>(high[static_cast<std::size_t>(c)] - low[static_cast<std::size_t>(c)]);
-    };
-    for (int c = 0; c < query_.columns; ++c) {
-      sum += at(c) - (c >= window ? at(c - window) : 0);
-      most = std::max(most, sum);
-    }
-    return most;
+  double sum(const Columns& columns) const {
+    return static_cast<double>(std::accumulate(columns.begin(), columns.begin() + query_.columns, 0.0f));
   }
   void count(double tolerance, Columns& columns) {
     query_.tolerance = static_cast<float>(tolerance);
@@ -121,7 +109,7 @@ Grip FingerTest::at(const Vector3& center, const Vector3& axis, double radius, d
   const double depth = options_->finger_depth;
   if (radius > depth + kPlay) return grip;
   const double tip = std::min({std::max(0.003, 0.3 * radius), radius, std::max(0.0, depth - radius)});
-  const double base = depth - tip, top = std::min(0.5 * radius, base);
+  const double top = std::min(0.5 * radius, depth - tip);
   const double nearest = std::max(0.002, 0.8 * radius);
   const double farthest =
       std::min(options_->hand_aperture / 2 + kPlay, std::max(1.35 * radius, radius + 0.004) + kPlay);
@@ -158,24 +146,10 @@ Grip FingerTest::at(const Vector3& center, const Vector3& axis, double radius, d
   grip.opening = distance[0] + distance[1];
   if (!open[0] || !open[1] || grip.opening > options_->hand_aperture + 2 * kPlay) return grip;
 
-  if (!conditions_.palm) {
-    grip.fits = true;
-    return grip;
-  }
-  // The rest of the hand is nearer to the sensor, often out of its sight: only what was seen there counts.
-  const double most = 1 - options_->min_free;
-  const double palm = std::max(base, radius + kPalmRoom);
+  // The palm is nearer to the sensor, often out of its sight: only what was seen there counts.
+  const double palm = std::max(depth - tip, radius + kPalmRoom);
   places.box({left, -distance[1], distance[0], kPalmColumns}, {grip.from, palm, palm + kPalm, kPalmRows});
-  if (places.filled(kPalmColumns, most)) return grip;
-  if (base - top > kStep) {
-    const int stretch = std::min(kUpperColumns, static_cast<int>(std::ceil(kStretch * kUpperColumns / (base - top))));
-    for (int k = 0; k < 2; ++k) {
-      places.box({grip.from, top, base, kUpperColumns},
-                 {outward[k], distance[k], distance[k] + options_->finger_thickness, kUpperRows});
-      if (places.filled(stretch, most)) return grip;
-    }
-  }
-  grip.fits = true;
+  grip.fits = !conditions_.palm || !places.filled(1 - options_->min_free);
   return grip;
 }
 
