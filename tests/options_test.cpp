@@ -95,6 +95,8 @@ std::vector<BadValue> bad_values() {
   positive(
       "finger_width", [](O& o, double v) { o.finger_width = v; }, "0.5");
   positive(
+      "finger_depth", [](O& o, double v) { o.finger_depth = v; }, "0.5");
+  positive(
       "reach", [](O& o, double v) { o.reach = v; }, "100");
   positive(
       "handle_gap", [](O& o, double v) { o.handle_gap = v; }, "1");
@@ -157,7 +159,8 @@ TEST(Options, EndsOfTheRangesAreValid) {
   Options high;
   high.samples = 10'000'000, high.min_neighbours = high.handle_min_affordances = 1'000'000, high.threads = 4096;
   high.proposal_sigma = 1, high.radius.assign(8, 1), high.hand_aperture = 1, high.finger_thickness = 0.5;
-  high.finger_width = 0.5, high.reach = 100, high.shell_gap_area_mm2 = high.shell_inner_area_mm2 = 1e6;
+  high.finger_width = high.finger_depth = 0.5, high.reach = 100,
+  high.shell_gap_area_mm2 = high.shell_inner_area_mm2 = 1e6;
   high.align_angle = 1.5707963267948966, high.align_offset = high.align_radius = high.handle_gap = 1;
   high.handle_min_length = 10, high.min_confidence = 1;
   high.seed = std::numeric_limits<std::uint64_t>::max();

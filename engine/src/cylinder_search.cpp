@@ -49,14 +49,14 @@ Step Search::refuse(const Vector3& position, double ball, double rms, double sig
   if (slack * c.radius < kThinnestPart || 2 * slack * c.radius < options_->hand_minimum) return Step::kCircleNarrow;
   // At the sample's height.
   c.point = -dot(c.point, c.axis) * c.axis + c.point;
-  if (!(dot(c.point, image_->viewpoint() - position) < 0)) return Step::kConcave;
+  if (conditions_.convex && !(dot(c.point, image_->viewpoint() - position) < 0)) return Step::kConcave;
   if (!of_scale(ball, c.radius, slack) || rms > slack * (kRmsShare * c.radius + sigma)) return Step::kPoorFit;
   return Step::kAffordance;
 }
 
 Step Search::judge(const Candidate& c, double ball, Scratch& s, Found& found) const {
   const Vector3 to_sensor = image_->viewpoint() - c.position;
-  if (!(dot(c.position - c.affordance.center, to_sensor) > 0)) return Step::kConcave;
+  if (conditions_.convex && !(dot(c.position - c.affordance.center, to_sensor) > 0)) return Step::kConcave;
   if (!of_scale(ball, c.affordance.radius, 1.5)) return Step::kPoorFit;
 
   const float sample[3] = {static_cast<float>(c.position[0]), static_cast<float>(c.position[1]),
@@ -73,19 +73,19 @@ Step Search::judge(const Candidate& c, double ball, Scratch& s, Found& found) co
   // Most candidates are none, and some of the points are enough to see it.
   if (all.n > kMostTried) {
     const PointArrays few = some_of(all, kTried, s.few);
-    const double rms = refine_cylinder(few, sigma, kTrialSteps, cylinder);
+    const double rms = refine_cylinder(few, sigma, conditions_.refine ? kTrialSteps : 0, cylinder);
     const Step step = refuse(c.position, ball, rms, sigma, kTrialSlack, cylinder);
     if (step != Step::kAffordance) return step;
-    if (kTrialSlack * arc_of(few, cylinder, to_sensor) < kLeastArc) return Step::kPoorFit;
+    if (conditions_.least_arc && kTrialSlack * arc_of(few, cylinder, to_sensor) < kLeastArc) return Step::kPoorFit;
   }
   const PointArrays points = some_of(all, kMostFitted, s.few);
-  const double rms = refine_cylinder(points, sigma, kSteps, cylinder);
+  const double rms = refine_cylinder(points, sigma, conditions_.refine ? kSteps : 0, cylinder);
   const Step step = refuse(c.position, ball, rms, sigma, 1, cylinder);
   if (step != Step::kAffordance) return step;
   const double arc = arc_of(points, cylinder, to_sensor);
-  if (arc < kLeastArc) return Step::kPoorFit;
+  if (arc < kLeastArc && conditions_.least_arc) return Step::kPoorFit;
 
-  const Grip grip = FingerTest(*options_, *image_)
+  const Grip grip = FingerTest(*options_, *image_, conditions_)
                         .any(c.position + cylinder.point, cylinder.axis, cylinder.radius, options_->finger_width);
   if (!grip.fits) return Step::kNoGap;
   Affordance& a = found.affordance = c.affordance;
@@ -119,7 +119,8 @@ bool Search::find_strap(std::uint32_t at, Found& found) const {
   if (!find_ribbon(*image_, sample, strap)) return false;
   if (2 * strap.radius > options_->hand_aperture || strap.radius < kThinnestPart) return false;
   if (2 * strap.radius < options_->hand_minimum) return false;
-  const Grip grip = FingerTest(*options_, *image_).any(strap.point, strap.axis, strap.radius, options_->finger_width);
+  const Grip grip =
+      FingerTest(*options_, *image_, conditions_).any(strap.point, strap.axis, strap.radius, options_->finger_width);
   if (!grip.fits) return false;
   Affordance& a = found.affordance;
   a.sample = number_[at];

@@ -30,7 +30,7 @@ Vector3 point(const float* p) {
 
 }  // namespace
 
-bool DepthImage::build(const CloudView& cloud) {
+bool DepthImage::build(const CloudView& cloud, const Conditions& conditions) {
   clear();
   if (!cloud.viewpoint || cloud.size() == 0) return false;
   viewpoint_ = *cloud.viewpoint;
@@ -42,8 +42,8 @@ bool DepthImage::build(const CloudView& cloud) {
   if (empty()) return false;
   Eigen::Map<Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(inverse_.data()) =
       Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(H_.data()).inverse();
-  fill_shadows();
-  fill_void();
+  if (conditions.fill_shadows) fill_shadows();
+  if (conditions.fill_void) fill_void();
   return true;
 }
 

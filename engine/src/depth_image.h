@@ -10,6 +10,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "conditions.h"
 #include "handhold/cloud.h"
 #include "vec3.h"
 
@@ -34,7 +35,7 @@ class DepthImage {
   };
 
   /// False when the cloud has no viewpoint or no points: nothing is known then.
-  bool build(const CloudView& cloud);
+  bool build(const CloudView& cloud, const Conditions& conditions = {});
   void clear() { depth_.clear(); }
   bool empty() const { return depth_.empty(); }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numeric>
 
 #include "kernels.h"
 
@@ -18,6 +19,78 @@ static_assert(kMostColumns % 16 == 0);
 constexpr double kTolerance = 0.003;
 /// Play of a hand about the part, for the noise of the part's own points (m).
 constexpr double kPlay = 0.002;
+/// The palm: places across it and into it, and its thickness (m).
+constexpr int kPalmColumns = 16, kPalmRows = 2;
+constexpr double kPalm = 0.01;
+/// Where the part touches the palm, the noise of its points is not held against it up to here (m).
+constexpr double kPalmRoom = 0.005;
+/// Whatever is seen is taken to be as thick as this (m): of a wall the sensor sees the face only.
+constexpr double kSolid = 0.01;
+
+using Columns = std::array<float, kMostColumns>;
+
+/// Counts places about one slice of a part: boxes with sides along the axis, along the approach and across both.
+class Places {
+ public:
+  Places(const DepthImage& image, const Vector3& center, const Vector3& axis, double width)
+      : image_(&image), first_(center - (0.35 * width) * axis) {
+    query_.depth = image.pixels(), query_.width = image.width(), query_.height = image.height();
+    query_.layers = kWidths;
+    set(query_.along, image.project_direction(0.35 * width * axis));
+  }
+
+  /// `count` equal parts of the stretch from `low` to `high` (m from the axis) in a direction (unit).
+  struct Side {
+    Vector3 direction;
+    double low, high;
+    int count;
+    double step() const { return (high - low) / count; }
+    Vector3 first() const { return (low + 0.5 * step()) * direction; }
+  };
+  void box(const Side& columns, const Side& rows) {
+    query_.columns = columns.count, query_.rows = rows.count;
+    set(query_.out, image_->project_direction(columns.step() * columns.direction));
+    set(query_.up, image_->project_direction(rows.step() * rows.direction));
+    set(query_.corner, image_->project(first_ + columns.first() + rows.first()));
+  }
+
+  /// Places of each column behind which the sensor saw something, or nothing at all.
+  void free(Columns& columns) { count(kTolerance, columns); }
+  /// Places of each column at which it saw nothing: free, or out of its sight.
+  void not_seen(Columns& columns) {
+    Columns behind;
+    count(kTolerance, columns);
+    count(-kTolerance, behind);
+    const auto all = static_cast<float>(query_.rows * query_.layers);
+    for (std::size_t c = 0; c < static_cast<std::size_t>(query_.columns); ++c) columns[c] += all - behind[c];
+  }
+
+  /// Whether what the sensor saw fills more than a share of the box.
+  bool filled(double share) {
+    Columns before, behind;
+    const double all = query_.columns * query_.rows * query_.layers;
+    count(kTolerance, before);
+    if (all - sum(before) <= share * all) return false;  // mostly it is all free, and that was that
+    count(-kSolid, behind);
+    return sum(behind) - sum(before) > share * all;
+  }
+
+ private:
+  static void set(float* to, const DepthImage::Projected& p) {
+    to[0] = static_cast<float>(p.a), to[1] = static_cast<float>(p.b), to[2] = static_cast<float>(p.depth);
+  }
+  double sum(const Columns& columns) const {
+    return static_cast<double>(std::accumulate(columns.begin(), columns.begin() + query_.columns, 0.0f));
+  }
+  void count(double tolerance, Columns& columns) {
+    query_.tolerance = static_cast<float>(tolerance);
+    kernels::kernels().free_places(query_, columns.data());
+  }
+
+  const DepthImage* image_;
+  Vector3 first_;
+  kernels::FreeQuery query_{};
+};
 
 }  // namespace
 
@@ -31,8 +104,12 @@ Grip FingerTest::at(const Vector3& center, const Vector3& axis, double radius, d
   grip.from = std::cos(angle) * ahead + std::sin(angle) * side;
   const Vector3 left = cross(axis, grip.from);
 
-  // The fingertips stand a little beyond the axis, so that the part is held and not pinched away.
-  const double tip = std::min(std::max(0.003, 0.3 * radius), radius), top = 0.5 * radius;
+  // Fingers that do not reach the axis push the part away. The tips stand a little beyond it, so that the part is held
+  // and not pinched away, unless the palm stops at the part before.
+  const double depth = options_->finger_depth;
+  if (radius > depth + kPlay) return grip;
+  const double tip = std::min({std::max(0.003, 0.3 * radius), radius, std::max(0.0, depth - radius)});
+  const double top = std::min(0.5 * radius, depth - tip);
   const double nearest = std::max(0.002, 0.8 * radius);
   const double farthest =
       std::min(options_->hand_aperture / 2 + kPlay, std::max(1.35 * radius, radius + 0.004) + kPlay);
@@ -41,25 +118,13 @@ Grip FingerTest::at(const Vector3& center, const Vector3& axis, double radius, d
   const int columns = std::min(kMostColumns, static_cast<int>(farthest / kStep) + finger + 1 - first);
   if (columns < finger) return grip;
 
-  const double lowest = 0.5 * (top + tip) / kDepths - tip;
-  const DepthImage::Projected up = image_->project_direction(((top + tip) / kDepths) * grip.from);
-  const DepthImage::Projected along = image_->project_direction(0.35 * width * axis);
-  kernels::FreeQuery query;
-  query.depth = image_->pixels(), query.width = image_->width(), query.height = image_->height();
-  query.columns = columns, query.rows = kDepths, query.layers = kWidths;
-  query.tolerance = static_cast<float>(kTolerance);
-  const auto to_float = [](const DepthImage::Projected& p, float* to) {
-    to[0] = static_cast<float>(p.a), to[1] = static_cast<float>(p.b), to[2] = static_cast<float>(p.depth);
-  };
-  to_float(up, query.up), to_float(along, query.along);
+  const Vector3 outward[2] = {left, -1.0 * left};
+  Places places(*image_, center, axis, width);
   double found[2] = {0, 0}, distance[2] = {0, 0};
   for (int k = 0; k < 2; ++k) {
-    const Vector3 out = k == 0 ? left : -1.0 * left;
-    to_float(image_->project(center + ((first + 0.5) * kStep) * out + lowest * grip.from - (0.35 * width) * axis),
-             query.corner);
-    to_float(image_->project_direction(kStep * out), query.out);
-    std::array<float, kMostColumns> free;
-    kernels::kernels().free_places(query, free.data());
+    places.box({outward[k], first * kStep, (first + columns) * kStep, columns}, {grip.from, -tip, top, kDepths});
+    Columns free;
+    conditions_.seen_empty ? places.free(free) : places.not_seen(free);
     int sum = 0;
     bool open = false;
     for (int c = 0; c < columns; ++c) {
@@ -78,13 +143,18 @@ Grip FingerTest::at(const Vector3& center, const Vector3& axis, double radius, d
   }
   grip.free = std::min(found[0], found[1]);
   grip.opening = distance[0] + distance[1];
-  grip.fits = grip.opening <= options_->hand_aperture + 2 * kPlay;
+  if (grip.opening > options_->hand_aperture + 2 * kPlay) return grip;
+
+  // The palm is nearer to the sensor, often out of its sight: only what was seen there counts.
+  const double palm = std::max(depth - tip, radius + kPalmRoom);
+  places.box({left, -distance[1], distance[0], kPalmColumns}, {grip.from, palm, palm + kPalm, kPalmRows});
+  grip.fits = !conditions_.palm || !places.filled(1 - options_->min_free);
   return grip;
 }
 
 Grip FingerTest::any(const Vector3& center, const Vector3& axis, double radius, double width) const {
   Grip grip;
-  for (int i = 0; i < kAngles && !grip.fits; ++i) grip = at(center, axis, radius, width, angle(i));
+  for (int i = 0; i < angles() && !grip.fits; ++i) grip = at(center, axis, radius, width, angle(i));
   return grip;
 }
 

@@ -4,6 +4,7 @@
 // volumes of the fingers, on both sides of the part, must have been seen empty.
 #pragma once
 
+#include "conditions.h"
 #include "cylinder.h"
 #include "depth_image.h"
 #include "handhold/options.h"
@@ -20,10 +21,13 @@ struct Grip {
 
 class FingerTest {
  public:
-  FingerTest(const Options& options, const DepthImage& image) : options_(&options), image_(&image) {}
+  FingerTest(const Options& options, const DepthImage& image, const Conditions& conditions = {})
+      : options_(&options), image_(&image), conditions_(conditions) {}
 
   /// Approach angles are multiples of kStep up to kWidest on either side of the sensor's direction.
   static constexpr int kAngles = 9;
+  /// How many of them are tried.
+  int angles() const { return conditions_.other_angles ? kAngles : 1; }
   /// 0, 15, -15, 30, ... degrees.
   static double angle(int i) { return (i + 1) / 2 * (i % 2 ? 1 : -1) * 0.2617993877991494; }
 
@@ -35,6 +39,7 @@ class FingerTest {
  private:
   const Options* options_;
   const DepthImage* image_;
+  Conditions conditions_;
 };
 
 }  // namespace handhold

@@ -10,6 +10,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "conditions.h"
 #include "depth_image.h"
 #include "handles.h"
 #include "index.h"
@@ -49,14 +50,15 @@ void check(const CloudView& cloud) {
 }  // namespace
 
 struct Localizer::Impl {
-  explicit Impl(const Options& o)
+  explicit Impl(const Options& o, const Conditions& c = {})
       : options(o),
+        conditions(c),
         index(make_index(o.index)),
         layers(o.index),
         sampler(options),
-        search(options),
+        search(options, c),
         handle_search(options),
-        part_search(options) {
+        part_search(options, c) {
     // TBB warns on the console when an arena asks for more than the process allows; the result does not depend on it.
     const auto allowed = tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism);
     if (o.threads > 0)
@@ -64,6 +66,7 @@ struct Localizer::Impl {
   }
 
   Options options;
+  Conditions conditions;
   TileStore tiles;
   std::unique_ptr<NeighbourIndex> index;
   Layers layers;
@@ -125,7 +128,7 @@ struct Localizer::Impl {
     double sampling = 0;
     sampler.begin(tiles, *index);
     image.clear();
-    if (options.method == Method::kDefault) image.build(cloud);
+    if (options.method == Method::kDefault) image.build(cloud, conditions);
     result.times_ms.visibility = milliseconds(indexed, Clock::now());
     const auto prepared = Clock::now();
     search.begin(layers, cloud.viewpoint, &image);
@@ -229,6 +232,11 @@ const char* Localizer::isa() {
   return kernels::kernels().name;
 }
 
+Localizer LocalizerInside::make(const Options& options, const Conditions& conditions) {
+  Localizer localizer(options);
+  localizer.impl_ = std::make_unique<Localizer::Impl>(options, conditions);
+  return localizer;
+}
 const std::vector<PartCandidate>& LocalizerInside::candidates(const Localizer& localizer) {
   return localizer.impl_->part_search.candidates();
 }

@@ -4,6 +4,7 @@
 #include <array>
 #include <vector>
 
+#include "conditions.h"
 #include "handhold/cloud.h"
 #include "handhold/localizer.h"
 #include "handhold/options.h"
@@ -18,8 +19,11 @@ namespace handhold {
 void localize_samples(const Options& options, const CloudView& cloud, const std::vector<std::array<float, 3>>& samples,
                       Result& result, std::vector<Step>& steps);
 
-/// What the last search of a localizer left behind.
+/// What users of a localizer do not see.
 struct LocalizerInside {
+  /// A localizer with some of the default method's conditions off. @throws OptionError as Localizer
+  static Localizer make(const Options& options, const Conditions& conditions);
+  /// What the last search left behind.
   /// Parts that may be handles, with what was measured about them, best first; empty with the paper's method.
   static const std::vector<PartCandidate>& candidates(const Localizer& localizer);
 };

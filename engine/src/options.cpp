@@ -139,6 +139,7 @@ void Options::validate() const {
   }
   positive("finger_thickness", finger_thickness, 0.5, "m");
   positive("finger_width", finger_width, 0.5, "m");
+  positive("finger_depth", finger_depth, 0.5, "m");
   in_range("min_free", min_free, 0, 1, "");
   if (reach) positive("reach", *reach, 100, "m");
   in_range("shell_gap_area_mm2", shell_gap_area_mm2, 0, 1e6, "mm^2");
@@ -160,6 +161,8 @@ Options Options::baxter() {
   // The tip's inner face stands 7.75 mm inside the finger's middle, the finger's outer face 6.75 mm outside it.
   o.finger_thickness = 0.0145;
   o.finger_width = 0.016;
+  // From the housing of the base, 29 mm about its middle, to the fingertips, 95 mm from there.
+  o.finger_depth = 0.066;
   return o;
 }
 

@@ -92,7 +92,7 @@ double PartCheck::corner_gain(double residual) {
 bool PartCheck::refit(double low, double high, Cylinder& c) {
   if (points_.select(c, low, high) < kLeastPoints) return false;
   Cylinder fit = c;
-  refine_cylinder(points_.taken(), sigma_, kSteps, fit);
+  if (conditions_.refit) refine_cylinder(points_.taken(), sigma_, kSteps, fit);
   if (std::fabs(dot(fit.axis, c.axis)) < 0.95 || std::fabs(fit.radius - c.radius) > 0.35 * c.radius) return false;
   // Heights keep their origin.
   fit.point = fit.point + dot(c.point - fit.point, fit.axis) * fit.axis;
@@ -112,6 +112,10 @@ bool PartCheck::find_pieces(const Cylinder& c, double low, std::size_t n, double
     profile_[i] = {std::min(s.count, kSureCount) / (sigma_ * sigma_), s.distance / s.count};
   }
   pieces_.clear();
+  if (!conditions_.cut_profile) {
+    pieces_.push_back({0, n});
+    return true;
+  }
   cut_profile(profile_, kSlice, std::max(kJump, kJumpShare * c.radius), penalty, profile_scratch_, pieces_);
   return true;
 }
@@ -217,13 +221,13 @@ bool PartCheck::measure(Cylinder c, double low, double high, Kind kind, const Pa
   }
   const double usual = median(usual_);
 
-  const FingerTest fingers(*options_, *image_);
+  const FingerTest fingers(*options_, *image_, conditions_);
   std::size_t best_length = 0, best_first = 0;
   double best_free = 0;
   Vector3 from{};
   std::vector<char> pass(n);
   std::vector<double> free(n);
-  for (int k = 0; k < FingerTest::kAngles; ++k) {
+  for (int k = 0; k < fingers.angles(); ++k) {
     std::fill(pass.begin(), pass.end(), 0);
     std::fill(free.begin(), free.end(), 0.0);
     Vector3 towards{};
@@ -306,9 +310,12 @@ bool PartCheck::measure(Cylinder c, double low, double high, Kind kind, const Pa
   e.residual = std::sqrt(square / static_cast<double>(count));
   e.arc = arc_of(points_.taken(), c, f.ahead);
   e.normal_error = normals ? error / static_cast<double>(normals) : 0;
-  if (kind != Kind::kStrap && (e.arc < kLeastArc || e.normal_error > kMostNormalError)) return false;
+  if (conditions_.normal_error && normals) e.normal_error = *conditions_.normal_error;
+  if (kind != Kind::kStrap && ((conditions_.least_arc && e.arc < kLeastArc) || e.normal_error > kMostNormalError)) {
+    return false;
+  }
   e.inner = inner / static_cast<double>(count), e.outer = outer / static_cast<double>(count);
-  e.corner_gain = corner_gain(e.residual);
+  e.corner_gain = conditions_.corner_gain ? *conditions_.corner_gain : corner_gain(e.residual);
 
   Handle& handle = found.handle;
   handle.affordances.clear();
@@ -348,6 +355,7 @@ bool PartCheck::measure(Cylinder c, double low, double high, Kind kind, const Pa
   handle.length = length;
   handle.arc = e.arc, handle.residual = e.residual, handle.observed_free = best_free;
   handle.normal_error = e.normal_error;
+  if (!conditions_.outline) e.steps_less = e.steps_more = 0.9, e.nearer_end = 0.85, e.farther_end = 0.95;
   e.strap = kind == Kind::kStrap ? 1 : 0;
   e.length = length, e.radius = handle.radius, e.sigma = sigma_, e.free = best_free;
   handle.confidence = confidence(e);
@@ -361,14 +369,14 @@ void PartCheck::run(const PartGroup& group, const std::vector<Affordance>& affor
   sigma_ = depth_noise(norm(image_->viewpoint() - c.point));
   if (sigma_ > kMostNoise * c.radius) return;
   points_.gather(c, low - kExtension, high + kExtension, sigma_);
-  if (2 * group.straps >= group.members.size()) {
+  if (conditions_.straps && 2 * group.straps >= group.members.size()) {
     PartCandidate candidate;
     if (measure_strap(group, affordances, candidate)) found.push_back(std::move(candidate));
   }
   for (int pass = 0; pass < 2; ++pass) {
     if (points_.select(c, low, high) < kLeastPoints) return;
     Cylinder fit = c;
-    refine_cylinder(points_.taken(), sigma_, kSteps, fit);
+    if (conditions_.refit) refine_cylinder(points_.taken(), sigma_, kSteps, fit);
     if (std::fabs(dot(fit.axis, c.axis)) < 0.9 || std::fabs(fit.radius - c.radius) > 0.35 * c.radius + 0.003) break;
     // Heights keep their origin.
     fit.point = fit.point + dot(c.point - fit.point, fit.axis) * fit.axis;

@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "conditions.h"
 #include "confidence.h"
 #include "cylinder.h"
 #include "depth_image.h"
@@ -39,9 +40,10 @@ struct PartCandidate {
 
 class PartCheck {
  public:
-  void begin(const Options& options, const TileStore& tiles, const NeighbourIndex& index, const DepthImage& image) {
-    options_ = &options, image_ = &image;
-    points_.begin(tiles, index, image);
+  void begin(const Options& options, const TileStore& tiles, const NeighbourIndex& index, const DepthImage& image,
+             const Conditions& conditions = {}) {
+    options_ = &options, image_ = &image, conditions_ = conditions;
+    points_.begin(tiles, index, image, conditions.filter_normals);
   }
 
   /// Appends the parts on the group's line that the points bear out: none, one, or several of different radii.
@@ -71,6 +73,7 @@ class PartCheck {
   double corner_gain(double residual);
 
   const Options* options_ = nullptr;
+  Conditions conditions_;
   const DepthImage* image_ = nullptr;
   double sigma_ = 0;
   PartPoints points_;

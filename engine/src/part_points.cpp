@@ -171,7 +171,9 @@ void PartPoints::mark(const Cylinder& c, double low, double high) {
   for (std::size_t i = 0; i < size(); ++i) {
     if (height(i) < low || height(i) > high || std::fabs(distance(i) - c.radius) > tolerance) continue;
     double component = 0;
-    if (c.radius > kNormalFrom && outward(i, f, component) && component < kCosNormal * distance(i)) continue;
+    if (filter_normals_ && c.radius > kNormalFrom && outward(i, f, component) && component < kCosNormal * distance(i)) {
+      continue;
+    }
     on_[i] = 1;
   }
 }

@@ -27,8 +27,8 @@ inline double cylinder_band(double radius, double sigma) {
 /// Reused from line to line. All lengths in metres.
 class PartPoints {
  public:
-  void begin(const TileStore& tiles, const NeighbourIndex& index, const DepthImage& image) {
-    tiles_ = &tiles, index_ = &index, image_ = &image;
+  void begin(const TileStore& tiles, const NeighbourIndex& index, const DepthImage& image, bool filter_normals = true) {
+    tiles_ = &tiles, index_ = &index, image_ = &image, filter_normals_ = filter_normals;
     normals_.clear();
     normals_of_.assign(tiles.blocks(), kNone);
   }
@@ -75,6 +75,7 @@ class PartPoints {
   const TileStore* tiles_ = nullptr;
   const NeighbourIndex* index_ = nullptr;
   const DepthImage* image_ = nullptr;
+  bool filter_normals_ = true;  ///< points whose normal is another surface's do not lie on the cylinder
   double sigma_ = 0;
   CandidateList near_, around_;
   std::vector<float> x_, y_, z_;

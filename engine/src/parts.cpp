@@ -100,8 +100,8 @@ bool overlaps(const Handle& g, const Handle& h) {
 }
 
 /// Whether h is g's, which grows when h goes on where it ends. `likely`: parts that may lie between them.
-bool takes(PartCandidate& g, const PartCandidate& h, const std::vector<Handle>& likely) {
-  if (continues(g, h)) {
+bool takes(PartCandidate& g, const PartCandidate& h, const std::vector<Handle>& likely, const Conditions& conditions) {
+  if (conditions.continue_parts && continues(g, h)) {
     if (std::any_of(likely.begin(), likely.end(), [&](const Handle& o) { return parts(g.handle, h.handle, o); })) {
       return false;
     }
@@ -131,13 +131,15 @@ void PartSearch::resolve() {
   }
   for (PartCandidate& candidate : all_) {
     bool explained = false;
-    for (std::size_t i = 0; i < kept_.size() && !explained; ++i) explained = takes(kept_[i], candidate, likely_);
+    for (std::size_t i = 0; i < kept_.size() && !explained; ++i) {
+      explained = takes(kept_[i], candidate, likely_, conditions_);
+    }
     if (!explained) kept_.push_back(std::move(candidate));
   }
   // What has grown meanwhile may reach others.
   for (std::size_t i = 0; i < kept_.size(); ++i) {
     for (std::size_t k = i + 1; k < kept_.size();) {
-      if (!takes(kept_[i], kept_[k], likely_)) {
+      if (!takes(kept_[i], kept_[k], likely_, conditions_)) {
         ++k;
         continue;
       }
@@ -216,11 +218,11 @@ void PartSearch::run(const std::vector<Affordance>& affordances, const TileStore
   make_groups(affordances);
   found_.resize(std::max(found_.size(), groups_.size()));
   for (std::vector<PartCandidate>& found : found_) found.clear();
-  for (PartCheck& check : checks_) check.begin(*options_, tiles, index, image);
+  for (PartCheck& check : checks_) check.begin(*options_, tiles, index, image, conditions_);
   tbb::parallel_for(tbb::blocked_range<std::size_t>(0, groups_.size(), 1), [&](const auto& range) {
     bool exists = false;
     PartCheck& check = checks_.local(exists);
-    if (!exists) check.begin(*options_, tiles, index, image);
+    if (!exists) check.begin(*options_, tiles, index, image, conditions_);
     for (std::size_t g = range.begin(); g < range.end(); ++g) check.run(groups_[g], affordances, found_[g]);
   });
   std::vector<std::uint8_t> fate(affordances.size(), kNotAligned);
@@ -239,7 +241,7 @@ void PartSearch::run(const std::vector<Affordance>& affordances, const TileStore
   for (const PartCandidate& candidate : kept_) {
     if (candidate.handle.confidence >= options_->min_confidence) handles.push_back(candidate.handle);
   }
-  join_curved(handles);
+  if (conditions_.join_curved) join_curved(handles);
   for (const std::uint8_t f : fate) {
     ++(f == kNotAligned      ? funnel.not_aligned
        : f == kUnconfirmed   ? funnel.unconfirmed

@@ -17,7 +17,8 @@ namespace handhold {
 
 class PartSearch {
  public:
-  explicit PartSearch(const Options& options) : options_(&options) {}
+  explicit PartSearch(const Options& options, const Conditions& conditions = {})
+      : options_(&options), conditions_(conditions) {}
 
   /// Finds the handles of the affordances and counts where each affordance ended.
   void run(const std::vector<Affordance>& affordances, const TileStore& tiles, const NeighbourIndex& index,
@@ -32,6 +33,7 @@ class PartSearch {
   void resolve();
 
   const Options* options_;
+  Conditions conditions_;
   std::vector<PartGroup> groups_;
   std::vector<std::vector<PartCandidate>> found_;  ///< of each group
   std::vector<PartCandidate> all_, kept_;

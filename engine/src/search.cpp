@@ -86,7 +86,7 @@ double rod_residual(double rod, double radius) {
 
 }  // namespace
 
-Search::Search(const Options& options) : options_(&options) {
+Search::Search(const Options& options, const Conditions& conditions) : options_(&options), conditions_(conditions) {
   // Only a fitted circle within the aperture goes on, so nothing flatter than a cylinder of that width is worth a sum.
   // A strip whose points have the variance v across leaves 2 v / sqrt(5) / (2 curvature) = 0.894 v / (2 curvature).
   const double widest = std::min(options.hand_aperture / 2, options.effective_reach());
@@ -232,7 +232,7 @@ void Search::run_task(std::size_t first_group, std::size_t last_group, Step* ste
                                                  : 0;
     }
   }
-  if (!image_) return;
+  if (!image_ || !conditions_.straps) return;
   Stopwatch watch;
   for (std::uint32_t i = groups_[first_group].begin; i < groups_[last_group - 1].end; ++i) {
     Found found;

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "aligned.h"
+#include "conditions.h"
 #include "cylinder.h"
 #include "depth_image.h"
 #include "handhold/options.h"
@@ -34,7 +35,7 @@ struct StepSeconds {
 /// 16 fits are solved at once.
 class Search {
  public:
-  explicit Search(const Options& options);
+  explicit Search(const Options& options, const Conditions& conditions = {});
 
   /// `image`: what was seen, for the default method; null or empty: the paper's shells decide, on the full cloud.
   void begin(const Layers& layers, const std::optional<Vector3>& viewpoint, const DepthImage* image = nullptr);
@@ -113,6 +114,7 @@ class Search {
   Step judge(const Candidate& candidate, double radius, Scratch& s, Found& found) const;
 
   const Options* options_;
+  Conditions conditions_;
   const Layers* layers_ = nullptr;
   const DepthImage* image_ = nullptr;  ///< not null: the default method
   std::optional<Vector3> viewpoint_;

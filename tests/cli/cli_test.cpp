@@ -217,6 +217,7 @@ TEST_F(Cli, EveryOptionIsAFlag) {
                                     {"hand_minimum", "0.01"},
                                     {"finger_thickness", "0.011"},
                                     {"finger_width", "0.021"},
+                                    {"finger_depth", "0.041"},
                                     {"min_free", "0.6"},
                                     {"reach", "0.06"},
                                     {"shell_gap_area_mm2", "13"},

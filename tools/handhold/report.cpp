@@ -64,8 +64,9 @@ std::vector<StepCount> sample_steps(const Options& o, const Funnel& f) {
                         setting("finger_thickness", o.finger_thickness, "m"),
                         "lower --finger-thickness or --finger-width, or raise --shell-gap-area-mm2 for a noisy sensor"}
             : StepCount{f.no_gap, "had no place for two fingers that was seen to be empty",
-                        setting("finger_thickness", o.finger_thickness, "m") + ", " + setting("min_free", o.min_free),
-                        "lower --finger-thickness or --min-free"},
+                        setting("finger_thickness", o.finger_thickness, "m") + ", " +
+                            setting("finger_depth", o.finger_depth, "m") + ", " + setting("min_free", o.min_free),
+                        "lower --finger-thickness or --min-free, or raise --finger-depth if the fingers are longer"},
       {f.shell_empty, "had a gap, but too little surface within it",
        setting("shell_inner_area_mm2", o.shell_inner_area_mm2, "mm^2"),
        "lower --shell-inner-area-mm2 or raise --finger-width"},

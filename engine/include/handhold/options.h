@@ -59,6 +59,7 @@ struct Options {
   double hand_minimum = 0.0;       ///< m; smallest inner distance; 0: the hand closes
   double finger_thickness = 0.01;  ///< m; radial: the gap a shell must have
   double finger_width = 0.02;      ///< m; along the handle: the length of a shell
+  double finger_depth = 0.04;   ///< m; along the approach: how far the fingers reach out of the palm (default method)
   double min_free = 0.7;        ///< 0..1; share of each finger's volume that must have been seen empty (default method)
   std::optional<double> reach;  ///< m; largest radius of curvature worth a look; default: 1.25 * hand_aperture / 2
   // Shell (paper's method). Counts of points would depend on distance and resolution, so thresholds are areas times
@@ -95,7 +96,7 @@ struct Options {
   void validate() const;
 
   /// Baxter's electric gripper with standard narrow fingers in slot 3 and hard tips: opening 35 .. 76.7 mm; finger and
-  /// tip together 14.5 mm thick, tips 16 mm wide.
+  /// tip together 14.5 mm thick, tips 16 mm wide, 66 mm from the base's housing to their ends.
   static Options baxter();
 };
 
@@ -130,6 +131,7 @@ void visit_options(O& o, Visitor&& visit) {
   visit(o.finger_thickness,
         OptionInfo{"finger_thickness", "m", "thickness of a finger: the gap that a shell must have"});
   visit(o.finger_width, OptionInfo{"finger_width", "m", "width of a finger along the handle: the length of a shell"});
+  visit(o.finger_depth, OptionInfo{"finger_depth", "m", "how far the fingers reach out of the palm (default method)"});
   visit(o.min_free, OptionInfo{"min_free", "", "0 to 1: share of a finger's volume that must have been seen empty"});
   visit(o.reach,
         OptionInfo{"reach", "m", "largest radius of curvature worth a look; default 1.25 * hand_aperture / 2"});
