@@ -68,7 +68,6 @@ std::vector<Case> all_cases(const Options& standard, const Usual& usual) {
   without("unseen is free", &C::seen_empty);
   add("free share 0.3", [](O& o, C&) { o.min_free = 0.3; });
   without("approach from the sensor only", &C::other_angles);
-  without("no palm", &C::palm);
   add("one radius: 25 mm", [](O& o, C&) { o.radius = {0.025}; });
   add("axis from pca", [](O& o, C&) { o.axis = AxisEstimator::kPca; });
   add("axis from normals", [](O& o, C&) { o.axis = AxisEstimator::kNormals; });

@@ -44,17 +44,17 @@ TEST(Conditions, AllOnAreTheLocalizer) {
   EXPECT_EQ(found(LocalizerInside::make(every_candidate(), {})), found(Localizer(every_candidate())));
 }
 
-// But the palm's, which nothing in this scene needs: Fingers.JoinInAPalm has it.
 TEST(Conditions, EachOneOffChangesWhatIsFound) {
   using C = Conditions;
   std::vector<std::pair<const char*, bool C::*>> switches = {{"fill_shadows", &C::fill_shadows},
                                                              {"fill_void", &C::fill_void},
                                                              {"seen_empty", &C::seen_empty},
                                                              {"other_angles", &C::other_angles},
-
                                                              {"refine", &C::refine},
                                                              {"least_arc", &C::least_arc},
                                                              {"convex", &C::convex},
+                                                             {"straps", &C::straps},
+                                                             {"outline", &C::outline},
                                                              {"refit", &C::refit},
                                                              {"filter_normals", &C::filter_normals},
                                                              {"cut_profile", &C::cut_profile},

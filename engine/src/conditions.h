@@ -12,7 +12,6 @@ struct Conditions {
   bool fill_void = true;       ///< large regions without measurements at the image's border are empty
   bool seen_empty = true;      ///< places that were not seen count against a finger
   bool other_angles = true;    ///< approach angles beside the sensor's
-  bool palm = true;            ///< nothing that was seen fills the place of the palm
   bool refine = true;          ///< a neighbourhood's cylinder is fitted to the distances of its points
   bool least_arc = true;       ///< points over at least 70 degrees
   bool convex = true;          ///< the sensor sees the outside

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numeric>
 
 #include "kernels.h"
 
@@ -19,13 +18,6 @@ static_assert(kMostColumns % 16 == 0);
 constexpr double kTolerance = 0.003;
 /// Play of a hand about the part, for the noise of the part's own points (m).
 constexpr double kPlay = 0.002;
-/// The palm: places across it and into it, and its thickness (m).
-constexpr int kPalmColumns = 16, kPalmRows = 2;
-constexpr double kPalm = 0.01;
-/// Where the part touches the palm, the noise of its points is not held against it up to here (m).
-constexpr double kPalmRoom = 0.005;
-/// Whatever is seen is taken to be as thick as this (m): of a wall the sensor sees the face only.
-constexpr double kSolid = 0.01;
 
 using Columns = std::array<float, kMostColumns>;
 
@@ -65,22 +57,9 @@ class Places {
     for (std::size_t c = 0; c < static_cast<std::size_t>(query_.columns); ++c) columns[c] += all - behind[c];
   }
 
-  /// Whether what the sensor saw fills more than a share of the box.
-  bool filled(double share) {
-    Columns before, behind;
-    const double all = query_.columns * query_.rows * query_.layers;
-    count(kTolerance, before);
-    if (all - sum(before) <= share * all) return false;  // mostly it is all free, and that was that
-    count(-kSolid, behind);
-    return sum(behind) - sum(before) > share * all;
-  }
-
  private:
   static void set(float* to, const DepthImage::Projected& p) {
     to[0] = static_cast<float>(p.a), to[1] = static_cast<float>(p.b), to[2] = static_cast<float>(p.depth);
-  }
-  double sum(const Columns& columns) const {
-    return static_cast<double>(std::accumulate(columns.begin(), columns.begin() + query_.columns, 0.0f));
   }
   void count(double tolerance, Columns& columns) {
     query_.tolerance = static_cast<float>(tolerance);
@@ -143,12 +122,7 @@ Grip FingerTest::at(const Vector3& center, const Vector3& axis, double radius, d
   }
   grip.free = std::min(found[0], found[1]);
   grip.opening = distance[0] + distance[1];
-  if (grip.opening > options_->hand_aperture + 2 * kPlay) return grip;
-
-  // The palm is nearer to the sensor, often out of its sight: only what was seen there counts.
-  const double palm = std::max(depth - tip, radius + kPalmRoom);
-  places.box({left, -distance[1], distance[0], kPalmColumns}, {grip.from, palm, palm + kPalm, kPalmRows});
-  grip.fits = !conditions_.palm || !places.filled(1 - options_->min_free);
+  grip.fits = grip.opening <= options_->hand_aperture + 2 * kPlay;
   return grip;
 }
 

@@ -28,7 +28,6 @@ constexpr double kSameRadiusShare = 0.13, kSameRadius = 0.0008;  ///< m; a large
 constexpr double kStepShare = 0.10, kStep = 0.0025;              ///< where a step was seen
 constexpr double kLikely = 0.5;
 constexpr double kStepGap = 0.02;      ///< m; beyond a step
-constexpr double kStepBonus = 1.0;     ///< in log odds
 constexpr double kContinueGap = 0.12;  ///< m; clutter in front of a part hides so much
 /// Share of the shorter one's length up to which two parts on one line may overlap.
 constexpr double kMostShared = 0.3;
@@ -115,14 +114,9 @@ bool takes(PartCandidate& g, const PartCandidate& h, const std::vector<Handle>& 
 
 /// Of parts on the same place the likeliest one stays; pieces of one part become one.
 void PartSearch::resolve() {
-  // A step is found against a penalty: what ends at one explains the line better than what runs across it.
-  const auto rank = [](const PartCandidate& c) {
-    const double p = std::clamp(c.handle.confidence, 1e-6, 1 - 1e-6);
-    return std::log(p / (1 - p)) + (c.ends_low || c.ends_high ? kStepBonus : 0);
-  };
-  std::sort(all_.begin(), all_.end(), [&](const PartCandidate& a, const PartCandidate& b) {
-    const double p = rank(a), q = rank(b);
-    return p != q ? p > q : a.handle.affordances < b.handle.affordances;
+  std::sort(all_.begin(), all_.end(), [](const PartCandidate& a, const PartCandidate& b) {
+    const Handle &g = a.handle, &h = b.handle;
+    return g.confidence != h.confidence ? g.confidence > h.confidence : g.affordances < h.affordances;
   });
   kept_.clear();
   likely_.clear();
