@@ -46,9 +46,9 @@ bool continues(const PartCandidate& first, const PartCandidate& second) {
   if (gap > kContinueGap) return false;
   // Where the points showed a step, a small one parts them, and what lies beyond another piece is another part.
   const bool same_way = dot(g.axis, h.axis) > 0, beyond = along > 0;
-  const bool step =
-      (beyond ? first.ends_high : first.ends_low) || (beyond == same_way ? second.ends_low : second.ends_high);
-  if (step && gap > kStepGap) return false;
+  const bool step_g = beyond ? first.ends_high : first.ends_low;
+  const bool step_h = beyond == same_way ? second.ends_low : second.ends_high, step = step_g || step_h;
+  if (step_g && step_h && gap > kStepGap) return false;
   const bool within = std::fabs(along) < 0.5 * g.length;
   const double larger = std::max(g.radius, h.radius), same = kSameRadiusShare * larger + kSameRadius;
   const double most = step && !within ? std::min(same, std::max(kStepShare * larger, kStep)) : same;
