@@ -26,8 +26,8 @@ constexpr double kCosContinue = 0.9396926207859084;              ///< 20 degrees
 constexpr double kOffsetContinue = 0.6;                          ///< of the smaller radius
 constexpr double kSameRadiusShare = 0.13, kSameRadius = 0.0008;  ///< m; a larger step is where a part ends
 constexpr double kStepShare = 0.10, kStep = 0.0025;              ///< where a step was seen
-constexpr double kLikely = 0.5;
-constexpr double kStepGap = 0.02;      ///< m; beyond a step
+constexpr double kLikely = 0.5;        ///< confidence of what keeps the pieces on its two sides apart
+constexpr double kStepGap = 0.02;      ///< m; between two steps
 constexpr double kContinueGap = 0.12;  ///< m; clutter in front of a part hides so much
 /// Share of the shorter one's length up to which two parts on one line may overlap.
 constexpr double kMostShared = 0.3;

@@ -109,11 +109,9 @@ bool find_ribbon(const DepthImage& image, const Vector3& sample, Cylinder& ribbo
       at_u -= way * step * dv, at_v += way * step * du;
       const double from_u = at_u, from_v = at_v;
       if (!look(at_u, at_v)) break;
-      if (std::fabs(stations[found - 1].z - last_z) > 2 * kStation + 3 * depth_noise(z0)) {
-        --found;
-        break;
-      }
-      if (std::hypot(at_u - from_u, at_v - from_v) > step) {
+      // Another surface, or another strip that crosses this one.
+      if (std::fabs(stations[found - 1].z - last_z) > 2 * kStation + 3 * depth_noise(z0) ||
+          std::hypot(at_u - from_u, at_v - from_v) > step) {
         --found;
         break;
       }
@@ -122,8 +120,7 @@ bool find_ribbon(const DepthImage& image, const Vector3& sample, Cylinder& ribbo
   }
   if (found < kLeastStations) return false;
 
-  // In space. Rays by differences about the sample: (u, v) moves it by that share of its depth.
-  // Directions of the image's axes in the cloud's frame come from the projection's inverse.
+  // In space: the line through the middles.
   Vector3 sum{};
   std::array<Vector3, 2 * kStations + 1> middle;
   std::array<double, 2 * kStations + 1> width;
