@@ -5,6 +5,7 @@
 
 #include <cmath>
 
+#include "image_of.h"
 #include "test_clouds.h"
 
 namespace handhold {
@@ -35,17 +36,8 @@ FloatPoints scene(double radius, double wall, double neighbour = HUGE_VAL) {
   return points;
 }
 
-DepthImage image_of(const FloatPoints& points) {
-  CloudView view;
-  view.data = points.data()->data();
-  view.width = kWidth, view.height = kHeight;
-  view.viewpoint = Vector3{0, 0, 0};
-  DepthImage image;
-  EXPECT_TRUE(image.build(view));
-  return image;
-}
 Grip grip(const FloatPoints& points, double radius, const Options& options = {}, int angles = FingerTest::kAngles) {
-  const DepthImage image = image_of(points);
+  const DepthImage image = test::image_of(points, kWidth, kHeight);
   const FingerTest test(options, image);
   if (angles == 1) return test.at({0, 0, kPart}, {0, 1, 0}, radius, 0.02, 0);
   return test.any({0, 0, kPart}, {0, 1, 0}, radius, 0.02);

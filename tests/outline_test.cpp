@@ -4,9 +4,9 @@
 #include <Eigen/Core>
 #include <cmath>
 #include <limits>
-#include <vector>
 
 #include "depth_image.h"
+#include "image_of.h"
 #include "ribbon.h"
 #include "silhouette.h"
 
@@ -20,19 +20,13 @@ constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 /// What a camera at the origin sees: depth(x, y) along the rays (x, y, 1).
 template <class Depth>
 DepthImage image_of(const Depth& depth) {
-  std::vector<Eigen::Vector3f> points;
+  test::FloatPoints points;
   for (int v = 0; v < kHeight; ++v)
     for (int u = 0; u < kWidth; ++u) {
       const double x = (u - 159.5) / kFocal, y = (v - 119.5) / kFocal;
       points.push_back((depth(x, y) * Eigen::Vector3d(x, y, 1)).template cast<float>());
     }
-  CloudView view;
-  view.data = points.data()->data();
-  view.width = kWidth, view.height = kHeight;
-  view.viewpoint = Vector3{0, 0, 0};
-  DepthImage image;
-  EXPECT_TRUE(image.build(view));
-  return image;
+  return test::image_of(points, kWidth, kHeight);
 }
 
 /// A flat strap, `half` (m) wide on either side, upright or turned by `angle` (rad) in the image, before a wall.

@@ -22,6 +22,12 @@ inline double depth_noise(double z) {
   return 0.0008 + 0.0019 * d * d;
 }
 
+/// A change of depth between neighbouring pixels beyond this is a step from one surface to another (m), where the
+/// standard deviation of depth is `sigma` (m).
+inline double depth_step(double sigma) {
+  return 0.003 + 3 * sigma;
+}
+
 class DepthImage {
  public:
   enum class Seen : std::uint8_t { kFree, kUnknown, kOccupied };
@@ -51,13 +57,17 @@ class DepthImage {
                                 inverse_[3] * u + inverse_[4] * v + inverse_[5] * depth,
                                 inverse_[6] * u + inverse_[7] * v + inverse_[8] * depth};
   }
+  /// Depth (m) of the pixel that [u, u + 1) x [v, v + 1) about the position is; 0: unknown or outside of the image.
+  double depth_in(double u, double v) const {
+    if (!(u >= 0 && v >= 0 && u < width_ && v < height_)) return 0;
+    return static_cast<double>(
+        depth_[static_cast<std::size_t>(v) * static_cast<std::size_t>(width_) + static_cast<std::size_t>(u)]);
+  }
   /// Depths that differ by up to `tolerance` (m) count as the same.
   Seen look(const Projected& p, double tolerance) const {
     if (!(p.depth > 0.02)) return Seen::kUnknown;
     const double u = p.a / p.depth + 0.5, v = p.b / p.depth + 0.5;
-    if (!(u >= 0 && v >= 0 && u < width_ && v < height_)) return Seen::kUnknown;
-    const auto seen = static_cast<double>(
-        depth_[static_cast<std::size_t>(v) * static_cast<std::size_t>(width_) + static_cast<std::size_t>(u)]);
+    const double seen = depth_in(u, v);
     if (seen > p.depth + tolerance) return Seen::kFree;
     return seen > p.depth - tolerance ? Seen::kOccupied : Seen::kUnknown;
   }

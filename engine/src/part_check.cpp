@@ -41,6 +41,17 @@ double median(std::vector<double>& values) {
   return *at;
 }
 
+/// Replaces `c` by a cylinder that was fitted from it; false, and nothing changes: it has become another one.
+bool adopt(Cylinder fit, double least_cosine, double most_change, Cylinder& c) {
+  const double cosine = dot(fit.axis, c.axis);
+  if (std::fabs(cosine) < least_cosine || std::fabs(fit.radius - c.radius) > most_change) return false;
+  // Heights keep their origin.
+  fit.point = fit.point + dot(c.point - fit.point, fit.axis) * fit.axis;
+  if (cosine < 0) fit.axis = -1.0 * fit.axis;
+  c = fit;
+  return true;
+}
+
 }  // namespace
 
 void PartCheck::fill_slices(const Cylinder& c, double low, std::size_t n) {
@@ -93,12 +104,7 @@ bool PartCheck::refit(double low, double high, Cylinder& c) {
   if (points_.select(c, low, high) < kLeastPoints) return false;
   Cylinder fit = c;
   if (conditions_.refit) refine_cylinder(points_.taken(), sigma_, kSteps, fit);
-  if (std::fabs(dot(fit.axis, c.axis)) < 0.95 || std::fabs(fit.radius - c.radius) > 0.35 * c.radius) return false;
-  // Heights keep their origin.
-  fit.point = fit.point + dot(c.point - fit.point, fit.axis) * fit.axis;
-  if (dot(fit.axis, c.axis) < 0) fit.axis = -1.0 * fit.axis;
-  c = fit;
-  return true;
+  return adopt(fit, 0.95, 0.35 * c.radius, c);
 }
 
 /// Cuts what lies on the cylinder, in `n` slices from `low`, into pieces of different radii; false: too few points.
@@ -377,11 +383,7 @@ void PartCheck::run(const PartGroup& group, const std::vector<Affordance>& affor
     if (points_.select(c, low, high) < kLeastPoints) return;
     Cylinder fit = c;
     if (conditions_.refit) refine_cylinder(points_.taken(), sigma_, kSteps, fit);
-    if (std::fabs(dot(fit.axis, c.axis)) < 0.9 || std::fabs(fit.radius - c.radius) > 0.35 * c.radius + 0.003) break;
-    // Heights keep their origin.
-    fit.point = fit.point + dot(c.point - fit.point, fit.axis) * fit.axis;
-    if (dot(fit.axis, c.axis) < 0) fit.axis = -1.0 * fit.axis;
-    c = fit;
+    if (!adopt(fit, 0.9, 0.35 * c.radius + 0.003, c)) break;
   }
   if (c.radius < kThinnest) return;
   low -= kExtension, high += kExtension;

@@ -17,8 +17,6 @@ constexpr int kStations = 4;        ///< either way
 constexpr std::size_t kLeastStations = 5;
 /// Widths along a strip differ by less (share, and px).
 constexpr double kSameWidth = 0.3, kSamePixels = 1.5;
-/// A change of depth between neighbouring pixels beyond this, and three standard deviations, is a step (m).
-constexpr double kStep = 0.003;
 /// Shorter than so many widths it is a blob.
 constexpr double kAspect = 1.2;
 
@@ -26,11 +24,7 @@ class Strip {
  public:
   Strip(const DepthImage& image, double jump) : image_(image), jump_(jump) {}
 
-  double depth(double u, double v) const {
-    if (!(u >= 0 && v >= 0 && u < image_.width() && v < image_.height())) return 0;
-    return static_cast<double>(image_.pixels()[static_cast<std::size_t>(v) * static_cast<std::size_t>(image_.width()) +
-                                               static_cast<std::size_t>(u)]);
-  }
+  double depth(double u, double v) const { return image_.depth_in(u, v); }
 
   /// Pixels from (u, v) to the step that ends the surface in a direction; negative: none within `most`.
   double end(double u, double v, double du, double dv, int most) const {
@@ -71,7 +65,7 @@ bool find_ribbon(const DepthImage& image, const Vector3& sample, Cylinder& ribbo
   const double z0 = p.depth, per_metre = image.focal() / z0;
   const int most = static_cast<int>(kWidest * per_metre);
   if (most < 3) return false;
-  const Strip strip(image, kStep + 3 * depth_noise(z0));
+  const Strip strip(image, depth_step(depth_noise(z0)));
   double u = p.a / z0 + 0.5, v = p.b / z0 + 0.5;
   double least = most + 1.0, du = 0, dv = 0;
   for (int k = 0; k < kDirections; ++k) {

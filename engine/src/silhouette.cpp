@@ -6,8 +6,6 @@
 namespace handhold {
 namespace {
 
-/// A change between neighbouring pixels beyond this, and three standard deviations, is a step (m).
-constexpr double kStep = 0.003;
 /// How far from the place itself the surface may be, beside its noise (m).
 constexpr double kNear = 0.006;
 
@@ -25,15 +23,13 @@ SilhouetteSide silhouette_side(const DepthImage& image, const Vector3& place, co
   const Vector3 to_place = place - image.viewpoint();
   // How far ahead of the place what is seen beside it lies. Along a part that points towards the sensor depth changes
   // from pixel to pixel; across its axis it does not.
-  const double noise = sigma * std::fabs(dot(ahead, to_place)) / norm(to_place), jump = kStep + 3 * noise;
+  const double noise = sigma * std::fabs(dot(ahead, to_place)) / norm(to_place), jump = depth_step(noise);
   const auto seen = [&](int k, double& at, double& height) {
     at = k / per_metre;
     const DepthImage::Projected p = from + at * along;
     const double u = p.a / p.depth + 0.5, v = p.b / p.depth + 0.5;
-    if (!(p.depth > 0.02 && u >= 0 && v >= 0 && u < image.width() && v < image.height())) return false;
-    const auto z =
-        static_cast<double>(image.pixels()[static_cast<std::size_t>(v) * static_cast<std::size_t>(image.width()) +
-                                           static_cast<std::size_t>(u)]);
+    if (!(p.depth > 0.02)) return false;
+    const double z = image.depth_in(u, v);
     // side is across ahead.
     height = (z / p.depth - 1) * dot(to_place, ahead);
     return z > 0;
