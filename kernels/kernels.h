@@ -98,6 +98,7 @@ struct alignas(64) FitBatch {
   // Circle across `axis` (in; may be overwritten between calls)
   double circle_centre[3][kBatch];  ///< out; point of the circle's axis in the plane through the sample
   double circle_radius[kBatch];     ///< out; infinity where the points lie on a line across the axis
+  std::int32_t idle;                ///< in; so many lanes, the last ones, need no result
 };
 
 // ---- Shell --------------------------------------------------------------------------------------------------------
@@ -151,8 +152,26 @@ struct FreeQuery {
   std::int32_t width, height;  ///< px; at most 2^31 pixels, at least one
   float corner[3], out[3], up[3], along[3];
   std::int32_t columns, rows, layers;
+  std::int32_t first;  ///< column to begin with, a multiple of 16
   float tolerance;  ///< m; what was seen counts as behind a place beyond this
 };
+
+/// A place of a depth image, sixteen directions, and what counts as a step there.
+struct RayQuery {
+  const float* depth;          ///< [height][width] m; infinity: nothing there; 0: unknown
+  std::int32_t width, height;  ///< px; at most 2^31 pixels, at least one
+  float column, row;           ///< px; of pixel (i, j) are [i, i + 1) and [j, j + 1)
+  float out_column[16], out_row[16];  ///< px; one step in each direction
+  float jump;                  ///< m; neighbouring depths of one surface differ by up to this
+  std::int32_t most;           ///< steps
+};
+
+/// About an axis: directions across it, at right angles, and how many of the outermost points are wanted.
+struct TurnQuery {
+  float point[3];  ///< of the axis
+  float ahead[3], side[3];
+};
+inline constexpr int kTurns = 4;
 
 // ---- Alignment ----------------------------------------------------------------------------------------------------
 
@@ -187,6 +206,11 @@ struct Kernels {
   std::int32_t (*collect)(const Tiles& tiles, const Candidates& candidates, const float* centre, float radius,
                           void* scratch, float* x, float* y, float* z);
 
+  /// Offset (m) of the point nearest to the centre, of those within the radius; false: there is none.
+  bool (*nearest)(const Tiles& tiles, const Candidates& candidates, const float* centre, float radius, float* offset);
+  /// Whether one of n places (a multiple of 16; unaligned arrays) has a squared distance below limit2 from `place`.
+  bool (*any_nearer)(const float* x, const float* y, const float* z, std::int32_t n, const float* place, float limit2);
+
   /// Taubin fit: reads moments, writes coefficients, lambda, status (paper, section 3.1).
   void (*taubin)(FitBatch& batch);
   /// Curvature: reads moments, coefficients, status; writes centre_normal, axis and kappa_*.
@@ -207,8 +231,18 @@ struct Kernels {
                    CylinderEquations& equations);
 
   /// How many of each column's places (rows * layers) were seen to be empty: in the image, at least 20 mm before the
-  /// camera, with a measured depth behind them. free: `columns` numbers, padded to a multiple of 16.
+  /// camera, with a measured depth behind them. free: `columns` numbers, padded to a multiple of 16; those before `first` stay.
   void (*free_places)(const FreeQuery& query, float* free);
+
+  /// Steps from the place to where its surface ends at a farther one, half of one before the first pixel beyond, in each
+  /// of the sixteen directions; -1: it does not, or something nearer or unknown comes first.
+  void (*ray_ends)(const RayQuery& query, float* ends);
+
+  /// Of n points (unaligned arrays; 15 floats behind the last one are read and ignored) the kTurns least and largest
+  /// turns about the axis, from the outermost on; 3 and -3 where there are not so many. A turn rises with the angle from
+  /// `ahead` towards `side`, from -2 to 2: with c = a / (|a| + |b|) it is 1 - c, with the sign of b.
+  void (*outer_turns)(const float* x, const float* y, const float* z, std::int32_t n, const TurnQuery& query,
+                      float* least, float* most);
 
   /// Row i of the alignment relation (paper, section 3.3): bit j of `row` ((padded + 31) / 32 words) is set when i and
   /// j are aligned both ways. Bit i itself is set.

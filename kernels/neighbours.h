@@ -92,4 +92,48 @@ LANE_FN std::int32_t collect_points(const kernels::Tiles& tiles, const kernels::
   return n;
 }
 
+/// kernels::Kernels::nearest
+LANE_FN bool nearest_point(const kernels::Tiles& tiles, const kernels::Candidates& candidates, const float* centre,
+                           float radius, float* offset) {
+  Ball ball(centre, radius);
+  const F16 zero(0.0f);
+  float limit = radius * radius;
+  F16 best(2 * limit), x = zero, y = zero, z = zero;
+  for (std::int32_t i = 0; i < candidates.padded; i += 16) {
+    std::uint32_t blocks = test_boxes(candidates.boxes, static_cast<std::size_t>(i), ball).touched;
+    for (; blocks; blocks &= blocks - 1) {
+      const std::uint32_t block = candidates.block[i + __builtin_ctz(blocks)];
+      const TileHits hits = touched_tiles(tiles, block, ball);
+      for (std::uint32_t rest = hits.boundary | hits.inside; rest; rest &= rest - 1) {
+        const float* p = tile_points(tiles, 16 * block + static_cast<std::uint32_t>(__builtin_ctz(rest)));
+        const F16 dx = F16::load(p) - ball.x, dy = F16::load(p + 16) - ball.y, dz = F16::load(p + 32) - ball.z;
+        const F16 d2 = squared_norm(dx, dy, dz);
+        const M16 nearer = d2 < best;
+        best = select(nearer, d2, best), x = select(nearer, dx, x), y = select(nearer, dy, y),
+        z = select(nearer, dz, z);
+      }
+      // What is farther than the best one need not be looked at.
+      const float least = reduce_min(best);
+      if (least < limit) limit = least, ball.r2_outside = F16(limit * kOutside), ball.r2_inside = zero;
+    }
+  }
+  if (!(reduce_min(best) <= radius * radius)) return false;
+  // Of equally near ones in several lanes the first.
+  const std::uint32_t lane = static_cast<std::uint32_t>(__builtin_ctz(bits(best <= F16(reduce_min(best)))));
+  alignas(64) float lanes[3][16];
+  x.store(lanes[0]), y.store(lanes[1]), z.store(lanes[2]);
+  for (int k = 0; k < 3; ++k) offset[k] = lanes[k][lane];
+  return true;
+}
+
+/// kernels::Kernels::any_nearer
+LANE_FN bool find_nearer(const float* px, const float* py, const float* pz, std::int32_t n, const float* place,
+                         float limit2) {
+  const F16 x(place[0]), y(place[1]), z(place[2]), limit(limit2);
+  for (std::int32_t i = 0; i < n; i += 16) {
+    if (any(squared_norm(F16::loadu(px + i) - x, F16::loadu(py + i) - y, F16::loadu(pz + i) - z) < limit)) return true;
+  }
+  return false;
+}
+
 }  // namespace handhold::HANDHOLD_LANE

@@ -13,7 +13,7 @@ constexpr double kArm = 0.02;
 /// Radii that a fit may pass through (m).
 constexpr double kSmallest = 0.001, kLargest = 0.2;
 /// A step that lowers the cost by less than this part of it is the last one.
-constexpr double kLeastGain = 1e-3;
+constexpr double kLeastGain = 0.03;
 /// Keeps unknowns that the points do not tell (a tilt of a short patch) where they are.
 constexpr double kRidge = 1e-3;
 
@@ -26,22 +26,31 @@ struct Evaluated {
 /// when rounding made the matrix indefinite.
 bool solve(const float* A, double damping, const double* b, double* x) {
   double L[5][5], D[5];
-  for (int i = 0, k = 0; i < 5; ++i) {
+  int k = 0;
+#pragma GCC unroll 5
+  for (int i = 0; i < 5; ++i) {
+#pragma GCC unroll 5
     for (int j = 0; j < i; ++j, ++k) {
       double v = static_cast<double>(A[k]);
+#pragma GCC unroll 5
       for (int m = 0; m < j; ++m) v -= L[i][m] * D[m] * L[j][m];
       L[i][j] = v / D[j];
     }
     D[i] = static_cast<double>(A[k++]) * (1 + damping) + kRidge;
+#pragma GCC unroll 5
     for (int m = 0; m < i; ++m) D[i] -= L[i][m] * L[i][m] * D[m];
     if (!(D[i] > 0)) return false;
   }
+#pragma GCC unroll 5
   for (int i = 0; i < 5; ++i) {
     x[i] = b[i];
+#pragma GCC unroll 5
     for (int m = 0; m < i; ++m) x[i] -= L[i][m] * x[m];
   }
+#pragma GCC unroll 5
   for (int i = 4; i >= 0; --i) {
     x[i] /= D[i];
+#pragma GCC unroll 5
     for (int m = i + 1; m < 5; ++m) x[i] -= L[m][i] * x[m];
   }
   return true;
@@ -113,38 +122,32 @@ double refine_cylinder(const PointArrays& points, double sigma, int steps, Cylin
 
 double arc_of(const PointArrays& points, const Cylinder& c, const Vector3& towards) {
   constexpr std::size_t kMost = 128;
+  static_assert(kMost * 3 / 100 < kernels::kTurns);
   const Vector3 ahead = normalized(towards - dot(towards, c.axis) * c.axis, any_perpendicular(c.axis));
   const Vector3 side = cross(c.axis, ahead);
-  float u[3], v[3], from[3];
+  kernels::TurnQuery q;
   for (std::size_t k = 0; k < 3; ++k) {
-    u[k] = static_cast<float>(ahead[k]), v[k] = static_cast<float>(side[k]), from[k] = static_cast<float>(c.point[k]);
+    q.ahead[k] = static_cast<float>(ahead[k]), q.side[k] = static_cast<float>(side[k]);
+    q.point[k] = static_cast<float>(c.point[k]);
   }
   const std::size_t stride = (points.n + kMost - 1) / kMost;
-  // What rises with the angle from -pi to pi orders as well: from -2 to 2, without an arc tangent for every point. Of
-  // the ordered ones only the first few and the last few are needed.
-  constexpr std::size_t kEnds = kMost * 3 / 100 + 1;
-  float first[kEnds], last[kEnds];  // ascending; the last ones negated
-  std::fill(first, first + kEnds, 3.0f), std::fill(last, last + kEnds, 3.0f);
-  const auto insert = [](float turn, float* sorted) {
-    for (std::size_t k = 0; turn < sorted[kEnds - 1] && k < kEnds; ++k) {
-      if (turn < sorted[k]) std::swap(turn, sorted[k]);
-    }
-  };
-  std::size_t n = 0;
-  for (std::size_t i = 0; i < points.n; i += stride, ++n) {
-    const float x = points.x[i] - from[0], y = points.y[i] - from[1], z = points.z[i] - from[2];
-    const float a = u[0] * x + u[1] * y + u[2] * z, b = v[0] * x + v[1] * y + v[2] * z;
-    const float cosine = a / std::max(std::fabs(a) + std::fabs(b), 1e-30f);
-    const float turn = std::copysign(1 - cosine, b);
-    insert(turn, first), insert(-turn, last);
+  if (stride == 0) return 0;
+  const std::size_t n = (points.n + stride - 1) / stride;
+  const float *x = points.x, *y = points.y, *z = points.z;
+  float few[3][kMost + 16];
+  if (stride > 1) {
+    for (std::size_t i = 0; i < n; ++i) few[0][i] = x[stride * i], few[1][i] = y[stride * i], few[2][i] = z[stride * i];
+    for (std::size_t k = 0; k < 3; ++k) std::fill_n(few[k] + n, 16, 0.0f);
+    x = few[0], y = few[1], z = few[2];
   }
-  if (n == 0) return 0;
+  float least[kernels::kTurns], most[kernels::kTurns];
+  kernels::kernels().outer_turns(x, y, z, static_cast<std::int32_t>(n), q, least, most);
   const auto angle = [](float turn) {
     const float cosine = 1 - std::fabs(turn);
     return std::atan2(std::copysign(1 - std::fabs(cosine), turn), cosine);
   };
   const std::size_t low = n * 3 / 100, high = std::min(n - 1, n * 97 / 100);
-  return static_cast<double>(angle(-last[n - 1 - high]) - angle(first[low]));
+  return static_cast<double>(angle(most[n - 1 - high]) - angle(least[low]));
 }
 
 }  // namespace handhold

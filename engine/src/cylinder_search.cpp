@@ -17,10 +17,10 @@ constexpr double kLeastArc = 1.2217;  ///< rad; 70 degrees
 constexpr double kWidthSlack = 1.04;
 constexpr int kSteps = 8;
 /// The noise of a cylinder through so many points is below what the sensor and the shape are wrong by.
-constexpr std::size_t kMostFitted = 160;
+constexpr std::size_t kMostFitted = 64;
 /// Of more than kMostTried points, kTried are looked at first, with verdicts that leave room for their noise.
-constexpr std::size_t kTried = 48, kMostTried = 80;
-constexpr int kTrialSteps = 4;
+constexpr std::size_t kTried = 32, kMostTried = 80;
+constexpr int kTrialSteps = 3;
 constexpr double kTrialSlack = 1.2;
 /// Of the quality of a strap that was found by its outline: fitted cylinders come first.
 constexpr double kRibbonQuality = 0.5;

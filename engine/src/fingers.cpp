@@ -13,7 +13,9 @@ namespace {
 constexpr double kStep = 0.0015;
 constexpr int kDepths = 6, kWidths = 3;
 constexpr int kMostColumns = 96;
-static_assert(kMostColumns % 16 == 0);
+/// Most fingers find their place in the first columns, so that few look at all of them.
+constexpr std::size_t kColumnsAtOnce = 16;
+static_assert(kMostColumns % kColumnsAtOnce == 0);
 /// Depths that differ by less count as the same surface (m).
 constexpr double kTolerance = 0.003;
 /// Play of a hand about the part, for the noise of the part's own points (m).
@@ -40,28 +42,31 @@ class Places {
     Vector3 first() const { return (low + 0.5 * step()) * direction; }
   };
   void box(const Side& columns, const Side& rows) {
-    query_.columns = columns.count, query_.rows = rows.count;
+    query_.rows = rows.count;
     set(query_.out, image_->project_direction(columns.step() * columns.direction));
     set(query_.up, image_->project_direction(rows.step() * rows.direction));
     set(query_.corner, image_->project(first_ + columns.first() + rows.first()));
   }
 
-  /// Places of each column behind which the sensor saw something, or nothing at all.
-  void free(Columns& columns) { count(kTolerance, columns); }
+  /// Columns [first, first + 16): places of each behind which the sensor saw something, or nothing at all.
+  void free(int first, Columns& columns) { count(first, kTolerance, columns); }
   /// Places of each column at which it saw nothing: free, or out of its sight.
-  void not_seen(Columns& columns) {
+  void not_seen(int first, Columns& columns) {
     Columns behind;
-    count(kTolerance, columns);
-    count(-kTolerance, behind);
+    count(first, kTolerance, columns);
+    count(first, -kTolerance, behind);
     const auto all = static_cast<float>(query_.rows * query_.layers);
-    for (std::size_t c = 0; c < static_cast<std::size_t>(query_.columns); ++c) columns[c] += all - behind[c];
+    for (auto c = static_cast<std::size_t>(first); c < static_cast<std::size_t>(first) + kColumnsAtOnce; ++c) {
+      columns[c] += all - behind[c];
+    }
   }
 
  private:
   static void set(float* to, const DepthImage::Projected& p) {
     to[0] = static_cast<float>(p.a), to[1] = static_cast<float>(p.b), to[2] = static_cast<float>(p.depth);
   }
-  void count(double tolerance, Columns& columns) {
+  void count(int first, double tolerance, Columns& columns) {
+    query_.first = first, query_.columns = first + static_cast<int>(kColumnsAtOnce);
     query_.tolerance = static_cast<float>(tolerance);
     kernels::kernels().free_places(query_, columns.data());
   }
@@ -103,10 +108,12 @@ Grip FingerTest::at(const Vector3& center, const Vector3& axis, double radius, d
   for (int k = 0; k < 2; ++k) {
     places.box({outward[k], first * kStep, (first + columns) * kStep, columns}, {grip.from, -tip, top, kDepths});
     Columns free;
-    conditions_.seen_empty ? places.free(free) : places.not_seen(free);
     int sum = 0;
     bool open = false;
     for (int c = 0; c < columns; ++c) {
+      if (c % static_cast<int>(kColumnsAtOnce) == 0) {
+        conditions_.seen_empty ? places.free(c, free) : places.not_seen(c, free);
+      }
       sum += static_cast<int>(free[static_cast<std::size_t>(c)]);
       if (c >= finger) sum -= static_cast<int>(free[static_cast<std::size_t>(c - finger)]);
       if (c + 1 < finger) continue;

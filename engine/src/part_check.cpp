@@ -56,14 +56,24 @@ bool adopt(Cylinder fit, double least_cosine, double most_change, Cylinder& c) {
 
 void PartCheck::fill_slices(const Cylinder& c, double low, std::size_t n) {
   slices_.assign(n, {});
-  for (std::size_t i = 0; i < points_.size(); ++i) {
-    if (!points_.on(i)) continue;
+  // What rises with the angle orders as well; an arc tangent is needed for the outermost points only.
+  turns_.assign(n, {});
+  for (const std::uint32_t i : points_.selected()) {
     const int at = static_cast<int>((points_.height(i) - low) / kSlice);
-    Slice& s = slices_[static_cast<std::size_t>(std::clamp(at, 0, static_cast<int>(n) - 1))];
+    const auto k = static_cast<std::size_t>(std::clamp(at, 0, static_cast<int>(n) - 1));
+    Slice& s = slices_[k];
+    Turns& t = turns_[k];
     const double distance = points_.distance(i), e = distance - c.radius;
-    const double angle = std::atan2(points_.side(i), points_.ahead(i));
+    const double side = points_.side(i), ahead = points_.ahead(i);
     s.count += 1, s.square += e * e, s.distance += distance;
-    s.low = std::min(s.low, angle), s.high = std::max(s.high, angle);
+    const double turn = std::copysign(1 - ahead / std::max(std::fabs(ahead) + std::fabs(side), 1e-30), side);
+    if (turn < t.low) t.low = turn, t.first = i;
+    if (turn > t.high) t.high = turn, t.last = i;
+  }
+  for (std::size_t k = 0; k < n; ++k) {
+    if (!(slices_[k].count > 0)) continue;
+    slices_[k].low = std::atan2(points_.side(turns_[k].first), points_.ahead(turns_[k].first));
+    slices_[k].high = std::atan2(points_.side(turns_[k].last), points_.ahead(turns_[k].last));
   }
 }
 
@@ -206,6 +216,24 @@ bool PartCheck::measure_strap(const PartGroup& group, const std::vector<Affordan
   return measure(c, low, high, Kind::kStrap, group, affordances, found);
 }
 
+/// The first of the longest runs of slices that pass, a single one that does not between two that do counted in: where
+/// it begins and its length.
+std::pair<std::size_t, std::size_t> PartCheck::longest_run(std::vector<char>& pass) {
+  for (std::size_t i = 1; i + 1 < pass.size(); ++i) {
+    if (!pass[i] && pass[i - 1] == 1 && pass[i + 1] == 1) pass[i] = 2;
+  }
+  std::size_t first = 0, longest = 0, run = 0;
+  for (std::size_t i = 0; i <= pass.size(); ++i) {
+    if (i < pass.size() && pass[i]) {
+      ++run;
+      continue;
+    }
+    if (run > longest) longest = run, first = i - run;
+    run = 0;
+  }
+  return {first, longest};
+}
+
 /// Looks at the piece between `low` and `high` of a line: the longest run of slices that are of one part and that the
 /// hand can hold from one direction.
 bool PartCheck::measure(Cylinder c, double low, double high, Kind kind, const PartGroup& group,
@@ -227,48 +255,42 @@ bool PartCheck::measure(Cylinder c, double low, double high, Kind kind, const Pa
   }
   const double usual = median(usual_);
 
+  // Slices that may be part of a run, whatever the approach angle, and how long one can become.
+  candidates_.assign(n, 0);
+  for (std::size_t i = 0; i < n; ++i) {
+    const Slice& s = slices_[i];
+    if (s.count < std::max(1.0, kLeastDensity * usual)) continue;
+    candidates_[i] = kind == Kind::kStrap ? is_strap(i, c.radius)
+                                          : !(s.high - s.low < kLeastCover ||
+                                              std::sqrt(s.square / s.count) > kRmsShare * c.radius + sigma_);
+  }
+  pass_ = candidates_;
+  const std::size_t most = longest_run(pass_).second;
+
   const FingerTest fingers(*options_, *image_, conditions_);
   std::size_t best_length = 0, best_first = 0;
   double best_free = 0;
   Vector3 from{};
-  std::vector<char> pass(n);
-  std::vector<double> free(n);
-  for (int k = 0; k < fingers.angles(); ++k) {
-    std::fill(pass.begin(), pass.end(), 0);
-    std::fill(free.begin(), free.end(), 0.0);
+  free_.resize(n);
+  for (int k = 0; k < fingers.angles() && best_length < most; ++k) {
+    pass_.assign(n, 0);
+    std::fill(free_.begin(), free_.end(), 0.0);
     Vector3 towards{};
     for (std::size_t i = 0; i < n; ++i) {
-      const Slice& s = slices_[i];
-      if (s.count < std::max(1.0, kLeastDensity * usual)) continue;
-      if (kind == Kind::kStrap
-              ? !is_strap(i, c.radius)
-              : s.high - s.low < kLeastCover || std::sqrt(s.square / s.count) > kRmsShare * c.radius + sigma_) {
-        continue;
-      }
+      if (!candidates_[i]) continue;
       const Grip grip = fingers.at(c.point + (low + (static_cast<double>(i) + 0.5) * kSlice) * c.axis, c.axis, c.radius,
                                    kSlice, FingerTest::angle(k));
       if (!grip.fits) continue;
-      pass[i] = 1;
-      free[i] = grip.free;
+      pass_[i] = 1;
+      free_[i] = grip.free;
       towards = grip.from;
     }
-    for (std::size_t i = 1; i + 1 < n; ++i) {
-      if (!pass[i] && pass[i - 1] == 1 && pass[i + 1] == 1) pass[i] = 2;
-    }
-    std::size_t run = 0;
-    for (std::size_t i = 0; i <= n; ++i) {
-      if (i < n && pass[i]) {
-        ++run;
-        continue;
-      }
-      if (run > best_length) {
-        best_length = run, best_first = i - run, from = towards;
-        best_free = std::accumulate(free.begin() + static_cast<std::ptrdiff_t>(best_first),
-                                    free.begin() + static_cast<std::ptrdiff_t>(i), 0.0) /
-                    static_cast<double>(run);
-      }
-      run = 0;
-    }
+    const auto [first, run] = longest_run(pass_);
+    if (run <= best_length) continue;
+    best_length = run, best_first = first, from = towards;
+    best_free = std::accumulate(free_.begin() + static_cast<std::ptrdiff_t>(first),
+                                free_.begin() + static_cast<std::ptrdiff_t>(first + run), 0.0) /
+                static_cast<double>(run);
   }
   const double length = static_cast<double>(best_length) * kSlice;
   if (length < std::max(options_->handle_min_length, 0.8 * c.radius) - 1e-9) return false;

@@ -5,6 +5,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <utility>
 #include <vector>
 
 #include "conditions.h"
@@ -55,6 +56,12 @@ class PartCheck {
     double low = 10, high = -10;                 ///< angles about the axis (rad)
   };
 
+  /// A slice's outermost points about the axis; turns rise with the angle from -2 to 2.
+  struct Turns {
+    double low = 10, high = -10;
+    std::uint32_t first = 0, last = 0;
+  };
+
   void fill_slices(const Cylinder& c, double low, std::size_t n);
   bool refit(double low, double high, Cylinder& c);
   bool find_pieces(const Cylinder& c, double low, std::size_t n, double penalty);
@@ -70,6 +77,7 @@ class PartCheck {
   bool measure_strap(const PartGroup& group, const std::vector<Affordance>& affordances, PartCandidate& found);
   bool measure(Cylinder c, double low, double high, Kind kind, const PartGroup& group,
                const std::vector<Affordance>& affordances, PartCandidate& found);
+  static std::pair<std::size_t, std::size_t> longest_run(std::vector<char>& pass);
   double corner_gain(double residual);
 
   const Options* options_ = nullptr;
@@ -78,7 +86,9 @@ class PartCheck {
   double sigma_ = 0;
   PartPoints points_;
   std::vector<Slice> slices_;
-  std::vector<double> usual_, others_;
+  std::vector<Turns> turns_;
+  std::vector<double> usual_, others_, free_;
+  std::vector<char> candidates_, pass_;  ///< slices that may hold a part; those that the hand can hold
   std::vector<std::array<SilhouetteSide, 2>> outline_;
   std::vector<ProfileSlice> profile_;
   std::vector<ProfilePiece> pieces_;

@@ -75,25 +75,23 @@ void PartPoints::gather(const Cylinder& c, double low, double high, double sigma
     x_.push_back(at[0]), y_.push_back(at[16]), z_.push_back(at[32]);
     id_.push_back(ids_[i]);
   }
-  normal_at_.assign(id_.size(), kNone);
+  known_.assign(id_.size(), 0);
+  normal_.resize(id_.size());
 }
 
 /// The point's normal, or that of the first one of its 2x2 pixels if it is near. All lines of a frame share them, so
 /// whose normal it is must depend on nothing but the point.
-const Vector3& PartPoints::normal_of(std::size_t i) {
-  std::uint32_t& at = normal_at_[i];
-  if (at == kNone) {
-    at = id_[i];
-    const std::uint32_t first = at & ~std::uint32_t{5};
-    const float* tile = tiles_->view().points + static_cast<std::size_t>(at / 16) * 48;
-    for (const std::uint32_t other : {first, first + 1, first + 4}) {
-      if (other >= at) break;
-      const float* p = tile + other % 16;
-      const float x = p[0] - x_[i], y = p[16] - y_[i], z = p[32] - z_[i];
-      if (x * x + y * y + z * z <= kNormalShared * kNormalShared) {
-        at = other;
-        break;
-      }
+Vector3 PartPoints::shared_normal(std::size_t i) {
+  std::uint32_t at = id_[i];
+  const std::uint32_t first = at & ~std::uint32_t{5};
+  const float* tile = tiles_->view().points + static_cast<std::size_t>(at / 16) * 48;
+  for (const std::uint32_t other : {first, first + 1, first + 4}) {
+    if (other >= at) break;
+    const float* p = tile + other % 16;
+    const float x = p[0] - x_[i], y = p[16] - y_[i], z = p[32] - z_[i];
+    if (x * x + y * y + z * z <= kNormalShared * kNormalShared) {
+      at = other;
+      break;
     }
   }
   std::uint32_t& of = normals_of_[at / 256];
@@ -149,13 +147,18 @@ void PartPoints::locate(const Cylinder& c) {
     from[k] = static_cast<float>(c.point[k]), along[k] = static_cast<float>(c.axis[k]);
     across[k] = static_cast<float>(f.side[k]), before[k] = static_cast<float>(f.ahead[k]);
   }
+  // Pointers that share no memory: the compiler takes several points at a time.
+  const float *__restrict px = x_.data(), *__restrict py = y_.data(), *__restrict pz = z_.data();
+  float *__restrict h = height_.data(), *__restrict s = side_.data(), *__restrict a = ahead_.data(),
+                   *__restrict d = distance_.data();
   for (std::size_t i = 0; i < n; ++i) {
-    const float x = x_[i] - from[0], y = y_[i] - from[1], z = z_[i] - from[2];
-    height_[i] = along[0] * x + along[1] * y + along[2] * z;
-    side_[i] = across[0] * x + across[1] * y + across[2] * z;
-    ahead_[i] = before[0] * x + before[1] * y + before[2] * z;
+    const float x = px[i] - from[0], y = py[i] - from[1], z = pz[i] - from[2];
+    h[i] = along[0] * x + along[1] * y + along[2] * z;
+    s[i] = across[0] * x + across[1] * y + across[2] * z;
+    a[i] = before[0] * x + before[1] * y + before[2] * z;
   }
-  for (std::size_t i = 0; i < n; ++i) distance_[i] = std::sqrt(side_[i] * side_[i] + ahead_[i] * ahead_[i]);
+  for (std::size_t i = 0; i < n; ++i) d[i] = s[i] * s[i] + a[i] * a[i];
+  for (std::size_t i = 0; i < n; ++i) d[i] = std::sqrt(d[i]);
 }
 
 bool PartPoints::outward(std::size_t i, const CylinderFrame& f, double& component) {
@@ -166,27 +169,34 @@ bool PartPoints::outward(std::size_t i, const CylinderFrame& f, double& componen
 
 void PartPoints::mark(const Cylinder& c, double low, double high) {
   const double tolerance = cylinder_band(c.radius, sigma_);
-  const CylinderFrame f = frame(c);
-  on_.assign(size(), 0);
-  for (std::size_t i = 0; i < size(); ++i) {
-    if (height(i) < low || height(i) > high || std::fabs(distance(i) - c.radius) > tolerance) continue;
-    double component = 0;
-    if (filter_normals_ && c.radius > kNormalFrom && outward(i, f, component) && component < kCosNormal * distance(i)) {
-      continue;
-    }
-    on_[i] = 1;
+  const std::size_t n = size();
+  selected_.resize(n);
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < n; ++i) {
+    selected_[count] = static_cast<std::uint32_t>(i);
+    count += !((height(i) < low) | (height(i) > high) | (std::fabs(distance(i) - c.radius) > tolerance));
   }
+  selected_.resize(count);
+  if (!filter_normals_ || c.radius <= kNormalFrom) return;
+  const CylinderFrame f = frame(c);
+  std::size_t kept = 0;
+  for (const std::uint32_t i : selected_) {
+    double component = 0;
+    const bool other = outward(i, f, component) && component < kCosNormal * distance(i);
+    selected_[kept] = i;
+    kept += !other;
+  }
+  selected_.resize(kept);
 }
 
 void PartPoints::take(std::size_t most) {
-  selected_.clear();
-  for (std::uint32_t i = 0; i < size(); ++i) {
-    if (on_[i]) selected_.push_back(i);
-  }
   const std::size_t stride = std::max<std::size_t>(1, (selected_.size() + most - 1) / most);
-  fit_x_.clear(), fit_y_.clear(), fit_z_.clear();
-  for (std::size_t i = 0; i < selected_.size(); i += stride) {
-    fit_x_.push_back(x_[selected_[i]]), fit_y_.push_back(y_[selected_[i]]), fit_z_.push_back(z_[selected_[i]]);
+  const std::size_t n = (selected_.size() + stride - 1) / stride;
+  fitted_ = n;
+  for (std::vector<float>* values : {&fit_x_, &fit_y_, &fit_z_}) values->resize(n + 15);
+  for (std::size_t k = 0; k < n; ++k) {
+    const std::uint32_t i = selected_[k * stride];
+    fit_x_[k] = x_[i], fit_y_[k] = y_[i], fit_z_[k] = z_[i];
   }
 }
 
@@ -198,7 +208,8 @@ std::size_t PartPoints::select(const Cylinder& c, double low, double high) {
 }
 
 std::size_t PartPoints::narrow(double low, double high) {
-  for (std::size_t i = 0; i < size(); ++i) on_[i] = on_[i] && height(i) >= low && height(i) <= high;
+  const auto outside = [&](std::uint32_t i) { return !(height(i) >= low && height(i) <= high); };
+  selected_.erase(std::remove_if(selected_.begin(), selected_.end(), outside), selected_.end());
   take(kMostPoints);
   return selected_.size();
 }

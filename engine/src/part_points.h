@@ -46,7 +46,6 @@ class PartPoints {
   std::size_t narrow(double low, double high);
 
   std::size_t size() const { return id_.size(); }
-  bool on(std::size_t i) const { return on_[i] != 0; }
   // Relative to the cylinder of the last `select`.
   double height(std::size_t i) const { return static_cast<double>(height_[i]); }
   double distance(std::size_t i) const { return static_cast<double>(distance_[i]); }
@@ -58,7 +57,7 @@ class PartPoints {
   /// Positions of all that are marked.
   const std::vector<std::uint32_t>& selected() const { return selected_; }
   /// Those that were taken, for refine_cylinder and arc_of.
-  PointArrays taken() const { return {fit_x_.data(), fit_y_.data(), fit_z_.data(), fit_x_.size()}; }
+  PointArrays taken() const { return {fit_x_.data(), fit_y_.data(), fit_z_.data(), fitted_}; }
 
  private:
   static constexpr std::uint32_t kNone = 0xffffffff;
@@ -66,7 +65,11 @@ class PartPoints {
     Vector3 direction{};  ///< unit; zero when it has too few points around
     bool known = false;
   };
-  const Vector3& normal_of(std::size_t i);
+  const Vector3& normal_of(std::size_t i) {
+    if (!known_[i]) normal_[i] = shared_normal(i), known_[i] = 1;
+    return normal_[i];
+  }
+  Vector3 shared_normal(std::size_t i);
   Vector3 find_normal(std::uint32_t id);
   void locate(const Cylinder& c);
   void mark(const Cylinder& c, double low, double high);
@@ -81,13 +84,14 @@ class PartPoints {
   std::vector<float> x_, y_, z_;
   std::vector<std::uint32_t> id_;  ///< position in the tiles
   std::vector<float> height_, distance_, side_, ahead_;
-  std::vector<char> on_;  ///< lies on the cylinder, with a normal that points away from the axis
   std::vector<std::uint32_t> ids_, selected_;
-  std::vector<std::uint32_t> normal_at_;          ///< of each point: whose normal it has, a position in the tiles
+  std::vector<Vector3> normal_;                   ///< of each point that was asked for one
+  std::vector<char> known_;                       ///< which were
   std::vector<std::array<Normal, 256>> normals_;  ///< of the blocks that were asked for, in all lines of the frame
   std::vector<std::uint32_t> normals_of_;         ///< block -> position in normals_
   AlignedArray<float> ball_x_, ball_y_, ball_z_;
-  std::vector<float> fit_x_, fit_y_, fit_z_;
+  std::vector<float> fit_x_, fit_y_, fit_z_;  ///< with 15 more
+  std::size_t fitted_ = 0;
 };
 
 /// Thinner parts have no reliable normals (m).

@@ -19,7 +19,7 @@ constexpr double kCosAlign = 0.9396926207859084;  // 20 degrees
 constexpr double kOffsetShare = 0.35, kOffset = 0.003;
 constexpr double kRadiusShare = 0.3, kRadius = 0.002;
 constexpr double kMemberGap = 0.012;  ///< m
-constexpr int kMostUses = 2;          ///< a member of so many groups starts no other one
+constexpr int kMostUses = 1;          ///< a member of so many groups starts no other one
 constexpr double kReach = 0.25;       ///< m; members lie within this of the seed along its axis
 // Pieces of one part.
 constexpr double kCosContinue = 0.9396926207859084;              ///< 20 degrees

@@ -2,7 +2,6 @@
 // not depend on the order in which threads make them.
 #pragma once
 
-#include <cmath>
 #include <cstdint>
 
 namespace handhold {
@@ -18,8 +17,14 @@ constexpr std::uint64_t mix64(std::uint64_t x) {
 
 class CounterRandom {
  public:
+  /// What the numbers of one stream have in common.
+  static constexpr std::uint64_t stream_state(std::uint64_t seed, std::uint64_t stream) {
+    return mix64(mix64(seed + kStep) + kStep * (stream + 1));
+  }
+  constexpr CounterRandom(std::uint64_t of_stream, std::uint64_t index)
+      : state_(mix64(of_stream + kStep * (index + 1))) {}
   constexpr CounterRandom(std::uint64_t seed, std::uint64_t stream, std::uint64_t index)
-      : state_(mix64(mix64(mix64(seed + kStep) + kStep * (stream + 1)) + kStep * (index + 1))) {}
+      : CounterRandom(stream_state(seed, stream), index) {}
 
   constexpr std::uint64_t next() { return mix64(state_ += kStep); }
   /// Uniform over 0 .. n-1 (n > 0), by multiplication: the bias is below n / 2^64.
@@ -28,13 +33,6 @@ class CounterRandom {
   }
   /// Uniform in the open interval (0, 1).
   constexpr double uniform() { return (static_cast<double>(next() >> 11) + 0.5) * 0x1p-53; }
-  /// Two independent standard normal values (Box and Muller 1958).
-  void normal_pair(double& a, double& b) {
-    const double r = std::sqrt(-2.0 * std::log(uniform()));
-    const double phi = 6.283185307179586 * uniform();
-    a = r * std::cos(phi);
-    b = r * std::sin(phi);
-  }
 
  private:
   static constexpr std::uint64_t kStep = 0x9e3779b97f4a7c15ull;

@@ -6,12 +6,14 @@
 #include <array>
 #include <cmath>
 
+#include "kernels.h"
+
 namespace handhold {
 namespace {
 
 constexpr double kWidest = 0.030;   ///< m
 constexpr double kNarrowest = 2.5;  ///< px
-constexpr int kDirections = 8;      ///< over half a turn
+constexpr std::size_t kDirections = 8;  ///< over half a turn
 constexpr double kStation = 0.005;  ///< m; from one look across to the next one along the strip
 constexpr int kStations = 4;        ///< either way
 constexpr std::size_t kLeastStations = 5;
@@ -19,6 +21,19 @@ constexpr std::size_t kLeastStations = 5;
 constexpr double kSameWidth = 0.3, kSamePixels = 1.5;
 /// Shorter than so many widths it is a blob.
 constexpr double kAspect = 1.2;
+
+/// Unit vectors over half a turn, and their opposites.
+struct Fan {
+  std::array<float, 2 * kDirections> column{}, row{};
+  Fan() {
+    for (std::size_t k = 0; k < kDirections; ++k) {
+      const double angle = static_cast<double>(k) * (3.14159265358979324 / kDirections);
+      column[k] = static_cast<float>(std::cos(angle)), row[k] = static_cast<float>(std::sin(angle));
+      column[kDirections + k] = -column[k], row[kDirections + k] = -row[k];
+    }
+  }
+};
+const Fan kFan;
 
 class Strip {
  public:
@@ -68,11 +83,19 @@ bool find_ribbon(const DepthImage& image, const Vector3& sample, Cylinder& ribbo
   const Strip strip(image, depth_step(depth_noise(z0)));
   double u = p.a / z0 + 0.5, v = p.b / z0 + 0.5;
   double least = most + 1.0, du = 0, dv = 0;
-  for (int k = 0; k < kDirections; ++k) {
-    const double angle = k * (3.14159265358979324 / kDirections), c = std::cos(angle), s = std::sin(angle);
-    const Strip::Chord chord = strip.across(u, v, c, s, most);
-    if (!chord.valid() || chord.width() >= least) continue;
-    least = chord.width(), du = c, dv = s;
+  kernels::RayQuery rays{};
+  rays.depth = image.pixels(), rays.width = image.width(), rays.height = image.height();
+  rays.column = static_cast<float>(u), rays.row = static_cast<float>(v);
+  std::copy(kFan.column.begin(), kFan.column.end(), rays.out_column);
+  std::copy(kFan.row.begin(), kFan.row.end(), rays.out_row);
+  rays.jump = static_cast<float>(depth_step(depth_noise(z0))), rays.most = most;
+  float ends[2 * kDirections];
+  kernels::kernels().ray_ends(rays, ends);
+  for (std::size_t k = 0; k < kDirections; ++k) {
+    const float right = ends[k], left = ends[kDirections + k];
+    if (right < 0 || left < 0 || static_cast<double>(left + right) >= least) continue;
+    least = static_cast<double>(left + right);
+    du = static_cast<double>(kFan.column[k]), dv = static_cast<double>(kFan.row[k]);
   }
   if (least > most || least < kNarrowest) return false;
 

@@ -7,6 +7,8 @@
 #include <cmath>
 #include <limits>
 
+#include "kernels.h"
+#include "normals.h"
 #include "random.h"
 #include "vec3.h"
 
@@ -89,7 +91,7 @@ std::uint64_t cell_key(std::int64_t x, std::int64_t y, std::int64_t z) {
 void Sampler::set_centres(const std::vector<Vector3>& centres) {
   centres_ = centres;
   entries_.clear();
-  if (options_->strategy != Strategy::kMax) return;
+  if (options_->strategy != Strategy::kMax || centres.empty()) return;
   const double size = kCellSigmas * options_->effective_proposal_sigma();
   for (std::uint32_t i = 0; i < centres.size(); ++i) {
     const Vector3& c = centres[i];
@@ -98,60 +100,99 @@ void Sampler::set_centres(const std::vector<Vector3>& centres) {
   std::sort(entries_.begin(), entries_.end(),
             [](const Entry& a, const Entry& b) { return a.cell != b.cell ? a.cell < b.cell : a.centre < b.centre; });
   entry_of_.resize(centres.size());
-  for (std::uint32_t e = 0; e < entries_.size(); ++e) entry_of_[entries_[e].centre] = e;
+  const std::size_t padded = std::max(entries_.size(), kBeside);
+  double farthest = 0;
+  for (std::size_t k = 0; k < 3; ++k) rough_[k].assign(padded, std::numeric_limits<float>::max());
+  for (std::uint32_t e = 0; e < entries_.size(); ++e) {
+    entry_of_[entries_[e].centre] = e;
+    const Vector3 p = entries_[e].position - entries_.front().position;
+    for (std::size_t k = 0; k < 3; ++k) rough_[k][e] = static_cast<float>(p[k]);
+    farthest = std::max(farthest, norm(p));
+  }
+  // Twice what single precision can be wrong by in a difference of two positions.
+  slack_ = 0x1p-21 * (farthest + 10 * options_->effective_proposal_sigma());
 }
 
 /// Whether `centre` is the nearest to the position; of equally near ones the first.
 bool Sampler::is_nearest(std::size_t centre, const Vector3& position) const {
-  const Vector3 to_centre = position - centres_[centre];
-  const double d2 = dot(to_centre, to_centre);
-  const auto beats = [&](const Entry& e) {
-    const Vector3 d = position - e.position;
-    const double e2 = dot(d, d);
-    return e2 < d2 || (e2 == d2 && e.centre < centre);
+  const Vector3 to_centre = position - centres_[centre], rough = position - entries_.front().position;
+  const double d2 = dot(to_centre, to_centre), d = std::sqrt(d2);
+  const auto x = static_cast<float>(rough[0]), y = static_cast<float>(rough[1]), z = static_cast<float>(rough[2]);
+  const float *px = rough_[0].data(), *py = rough_[1].data(), *pz = rough_[2].data();
+  // Nearer than `sure` is nearer, whatever the rounding; beyond `perhaps` is farther.
+  const auto sure = static_cast<float>(d2 - 4 * d * slack_), perhaps = static_cast<float>(d2 + 4 * (d + slack_) * slack_);
+  const auto distance2 = [&](std::size_t i) {
+    const float a = px[i] - x, b = py[i] - y, c = pz[i] - z;
+    return a * a + b * b + c * c;
   };
   // Most draws lose against a centre beside the one they were drawn from.
-  const std::size_t at = entry_of_[centre];
-  const std::size_t first = at < 16 ? 0 : at - 16, last = std::min(entries_.size(), at + 16);
-  for (std::size_t i = first; i < last; ++i) {
-    if (beats(entries_[i])) return false;
-  }
-  const double size = kCellSigmas * options_->effective_proposal_sigma(), reach = std::sqrt(d2) * (1 + 1e-12);
+  const std::size_t at = entry_of_[centre], most = rough_[0].size() - kBeside;
+  const std::size_t first = std::min(most, at < kBeside / 2 ? 0 : at - kBeside / 2);
+  const float place[3] = {x, y, z};
+  if (kernels::kernels().any_nearer(px + first, py + first, pz + first, kBeside, place, sure)) return false;
+  const auto beats = [&](const Entry& e) {
+    const Vector3 away = position - e.position;
+    const double e2 = dot(away, away);
+    return e2 < d2 || (e2 == d2 && e.centre < centre);
+  };
+  const double size = kCellSigmas * options_->effective_proposal_sigma(), reach = d * (1 + 1e-12);
   std::int64_t low[3], high[3];
   for (std::size_t k = 0; k < 3; ++k) {
     low[k] = cell_of(position[k] - reach, size), high[k] = cell_of(position[k] + reach, size);
   }
-  for (std::int64_t z = low[2]; z <= high[2]; ++z) {
-    for (std::int64_t y = low[1]; y <= high[1]; ++y) {
-      const std::uint64_t end = cell_key(high[0], y, z);
-      auto e = std::lower_bound(entries_.begin(), entries_.end(), cell_key(low[0], y, z),
-                                [](const Entry& entry, std::uint64_t key) { return entry.cell < key; });
-      for (; e != entries_.end() && e->cell <= end; ++e) {
-        if (beats(*e)) return false;
+  for (std::int64_t cz = low[2]; cz <= high[2]; ++cz) {
+    for (std::int64_t cy = low[1]; cy <= high[1]; ++cy) {
+      const std::uint64_t end = cell_key(high[0], cy, cz);
+      const auto from = std::lower_bound(entries_.begin(), entries_.end(), cell_key(low[0], cy, cz),
+                                         [](const Entry& entry, std::uint64_t key) { return entry.cell < key; });
+      for (auto i = static_cast<std::size_t>(from - entries_.begin()); i < entries_.size() && entries_[i].cell <= end;
+           ++i) {
+        if (distance2(i) <= perhaps && beats(entries_[i])) return false;
       }
     }
   }
   return true;
 }
 
-Sampler::Draw Sampler::draw(int round, int sample, int attempt) const {
-  const auto number = static_cast<std::uint64_t>(sample) * kTries + static_cast<std::uint64_t>(attempt);
-  CounterRandom random(options_->seed, proposal_stream(round), number);
-  const auto j = static_cast<std::size_t>(random.below(centres_.size()));
-  double a, b, c, unused;
-  random.normal_pair(a, b);
-  random.normal_pair(c, unused);
+/// Draws of a sample from an attempt on.
+void Sampler::draw_some(int round, int sample, int attempt, Some& some) const {
+  const std::uint64_t stream = CounterRandom::stream_state(options_->seed, proposal_stream(round));
+  static_assert(kNormalWords == 2 * kDraws);
+  std::uint64_t words[kNormalWords];
+  for (int i = 0; i < kDraws; ++i) {
+    const auto number = static_cast<std::uint64_t>(sample) * kTries + static_cast<std::uint64_t>(attempt + i);
+    CounterRandom random(stream, number);
+    some.centre[i] = static_cast<std::size_t>(random.below(centres_.size()));
+    words[i] = random.next(), words[kDraws + i] = random.next();
+  }
+  // The second half's second values are not needed.
+  float second[kNormalWords];
+  normal_pairs(words, some.normal, second);
+  std::copy(second, second + kDraws, some.normal + 2 * kDraws);
+}
+
+Sampler::Draw Sampler::draw_of(const Some& some, int i) const {
+  const std::size_t j = some.centre[i];
   const double sigma = options_->effective_proposal_sigma();
-  const Vector3 x = centres_[j] + Vector3{sigma * a, sigma * b, sigma * c};
+  Vector3 x = centres_[j];
+  for (std::size_t k = 0; k < 3; ++k) x[k] += sigma * static_cast<double>(some.normal[k * kDraws + static_cast<std::size_t>(i)]);
   // g_max: all Gaussians have the same covariance, so the largest one at x belongs to the nearest centre. Algorithm 2
   // accepts when that is the one drawn from.
   return {j, x, options_->strategy == Strategy::kSum || is_nearest(j, x)};
 }
 
+Sampler::Draw Sampler::draw(int round, int sample, int attempt) const {
+  Some some;
+  draw_some(round, sample, attempt, some);
+  return draw_of(some, 0);
+}
+
 /// The next draw of a sample that is accepted, from this attempt on; false: there is none.
 bool Sampler::next(int round, int sample, int attempt, Proposal& proposal) const {
-  for (; attempt < kTries; ++attempt) {
-    const Draw d = draw(round, sample, attempt);
+  Some some;
+  for (int first = attempt; attempt < kTries; ++attempt) {
+    if ((attempt - first) % kDraws == 0) draw_some(round, sample, attempt, some);
+    const Draw d = draw_of(some, (attempt - first) % kDraws);
     if (!d.accepted) continue;
     const double size = kCellSigmas * options_->effective_proposal_sigma();
     const Vector3& x = d.position;
@@ -166,16 +207,23 @@ bool Sampler::next(int round, int sample, int attempt, Proposal& proposal) const
 /// The nearest point of the cloud within the radius, from the blocks of s.near; false: there is none.
 bool Sampler::nearest(const Proposal& proposal, float radius, Scratch& s, float* xyz) const {
   const float* c = proposal.position.data();
-  const std::size_t capacity = static_cast<std::size_t>(s.near.view().padded) * 256 + 16;
+  const kernels::Candidates near = s.near.view();
+  if (!options_->workspace) {
+    float offset[3];
+    if (!kernels::kernels().nearest(tiles_->view(), near, c, radius, offset)) return false;
+    for (std::size_t k = 0; k < 3; ++k) xyz[k] = c[k] + offset[k];
+    return true;
+  }
+  const std::size_t capacity = static_cast<std::size_t>(near.padded) * 256 + 16;
   s.x.require(capacity), s.y.require(capacity), s.z.require(capacity);
   const int n =
-      kernels::kernels().collect(tiles_->view(), s.near.view(), c, radius, nullptr, s.x.data(), s.y.data(), s.z.data());
+      kernels::kernels().collect(tiles_->view(), near, c, radius, nullptr, s.x.data(), s.y.data(), s.z.data());
   float best2 = std::numeric_limits<float>::infinity();
   for (std::size_t k = 0; k < static_cast<std::size_t>(n); ++k) {
     const float d2 = s.x[k] * s.x[k] + s.y[k] * s.y[k] + s.z[k] * s.z[k];
     if (d2 >= best2) continue;
     const float p[3] = {c[0] + s.x[k], c[1] + s.y[k], c[2] + s.z[k]};
-    if (options_->workspace && !in_workspace(p)) continue;
+    if (!in_workspace(p)) continue;
     best2 = d2;
     std::copy(p, p + 3, xyz);
   }

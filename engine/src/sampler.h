@@ -49,6 +49,14 @@ class Sampler {
 
  private:
   void draw_uniform(int round, int sample, float* xyz) const;
+  /// Draws in a row of one sample.
+  static constexpr int kDraws = 8;
+  struct Some {
+    std::size_t centre[kDraws];
+    float normal[3 * kDraws];  ///< all first coordinates, all second ones, all third ones
+  };
+  void draw_some(int round, int sample, int attempt, Some& some) const;
+  Draw draw_of(const Some& some, int i) const;
   bool is_nearest(std::size_t centre, const Vector3& position) const;
   bool in_workspace(const float* p) const;
 
@@ -80,6 +88,10 @@ class Sampler {
   std::vector<Vector3> centres_;
   std::vector<Entry> entries_;
   std::vector<std::uint32_t> entry_of_;  ///< centre -> its entry
+  /// The entries' positions relative to the first one, in single precision (m); padded to kBeside.
+  static constexpr std::size_t kBeside = 32;
+  std::array<std::vector<float>, 3> rough_;
+  double slack_ = 0;  ///< m; how wrong they may be
   std::vector<Proposal> proposals_;
   std::vector<std::size_t> runs_;  ///< the first proposal of each cell, and the end
   tbb::enumerable_thread_specific<Scratch> scratch_;

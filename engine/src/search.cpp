@@ -19,8 +19,9 @@ namespace {
 constexpr double kPi = 3.14159265358979323846;
 /// A round is cut into about so many tasks, but fits are solved in batches: a task has at least kLeastTask samples.
 constexpr std::uint32_t kTasks = 16, kLeastTask = 32;
-/// Points that a neighbourhood of the thinned cloud should hold, and those without which there is no quadric.
-constexpr double kEnoughPoints = 150;
+/// Points that a neighbourhood of the thinned cloud should hold, and those without which there is no quadric. With 150
+/// of them the handles are no better.
+constexpr double kEnoughPoints = 50;
 constexpr int kLeastOfFit = 10;
 /// A sample whose curvature is too low at so many radii in a row, from the largest on, is not looked at any closer: 3 %
 /// of such samples have an affordance at a smaller radius, and the handles are as right without them.
@@ -335,6 +336,7 @@ void Search::fit(double radius, Scratch& s) const {
   const double least_curvature = radius / ((image_ ? 1.5 : 1) * options_->effective_reach());
   for (std::size_t first = 0; first < s.whole.size(); first += kernels::kBatch) {
     const std::size_t n = std::min<std::size_t>(kernels::kBatch, s.whole.size() - first);
+    f.idle = static_cast<std::int32_t>(kernels::kBatch - n);
     for (std::size_t lane = 0; lane < kernels::kBatch; ++lane) {
       const kernels::Moments& m = s.moments[s.whole[first + (lane < n ? lane : 0)]];
       for (std::size_t j = 0; j < kernels::kMoments; ++j) f.moments[j][lane] = m.sum[j];
