@@ -232,8 +232,8 @@ bool Sampler::nearest(const Proposal& proposal, float radius, Scratch& s, float*
 
 /// Brings near proposals to the cloud; those that are too far from it stay in the list.
 void Sampler::snap(std::vector<Proposal>& proposals, Scratch& s, float* xyz) const {
-  // Larger balls only if the smaller ones are empty: half of the draws lie within 0.45 of the radius of a surface.
-  for (const float share : {0.2f, 0.45f, 0.7f, 1.0f}) {
+  // The larger ball only if the smaller one is empty: half of the draws lie within 0.45 of the radius of a surface.
+  for (const float share : {0.45f, 1.0f}) {
     if (proposals.empty()) return;
     std::array<float, 3> low = proposals.front().position, high = low;
     for (const Proposal& p : proposals) {
