@@ -14,7 +14,7 @@ constexpr std::size_t kLeastPoints = 25;
 constexpr double kMostNoise = 0.3;   ///< of the radius: in more no cross-section can be told from another
 constexpr double kThinnest = 0.004;  ///< m
 constexpr double kWidthSlack = 1.04;
-constexpr int kSteps = 10;
+constexpr int kSteps = 10, kRevolutionSteps = 4;
 // Slices.
 constexpr double kSlice = 0.005;       ///< m
 constexpr double kLeastDensity = 0.4;  ///< of the median slice
@@ -134,6 +134,16 @@ bool PartCheck::find_pieces(const Cylinder& c, double low, std::size_t n, double
   }
   cut_profile(profile_, kSlice, std::max(kJump, kJumpShare * c.radius), penalty, profile_scratch_, pieces_);
   return true;
+}
+
+/// Fits the axis of `c` to what lies on it, each of `n` slices from `low` with its own radius; false: it is another line.
+bool PartCheck::fit_revolution(double low, std::size_t n, Cylinder& c) {
+  Cylinder fit = c;
+  for (int step = 0; step < kRevolutionSteps; ++step) {
+    if (points_.select(fit, low, low + static_cast<double>(n) * kSlice) < kLeastPoints) return false;
+    if (!step_axis_of_revolution(points_, low, kSlice, n, sigma_, revolution_, fit)) return false;
+  }
+  return adopt(fit, 0.95, 0.35 * c.radius, c);
 }
 
 /// 0: nothing was measured.
@@ -413,6 +423,16 @@ void PartCheck::run(const PartGroup& group, const std::vector<Affordance>& affor
   // A fit to several pieces of different radii tilts the axis, which hides the steps between them: at the first sign of
   // a step the one of most points tells the axis.
   if (!find_pieces(c, low, n, kSuspicion)) return;
+  if (pieces_.size() == 1 && conditions_.cut_profile) {
+    // Where the tilt has hidden them altogether, an axis that lets every slice have its own radius shows them.
+    Cylinder free = c;
+    const ProfilePiece whole = pieces_[0];
+    if (fit_revolution(low, n, free) && find_pieces(free, low, n, kSuspicion) && pieces_.size() > 1) {
+      c = free;
+    } else {
+      pieces_.assign(1, whole);
+    }
+  }
   if (pieces_.size() > 1) {
     const auto weight_of = [&](const ProfilePiece& piece) {
       double weight = 0;

@@ -55,15 +55,20 @@ bool continues(const PartCandidate& first, const PartCandidate& second) {
   return std::fabs(g.radius - h.radius) <= most;
 }
 
+/// Whether h is a part of another radius on g's line.
+bool differs(const Handle& g, const Handle& h) {
+  if (std::fabs(dot(g.axis, h.axis)) < kCosContinue) return false;
+  const Vector3 d = h.center - g.center;
+  if (norm(d - dot(d, g.axis) * g.axis) > kOffsetContinue * std::min(g.radius, h.radius) + kOffset) return false;
+  return std::fabs(g.radius - h.radius) > kSameRadiusShare * std::max(g.radius, h.radius) + kSameRadius;
+}
+
 /// Whether `other` is a part of another radius on the line through both, in the gap between them.
 bool parts(const Handle& g, const Handle& h, const Handle& other) {
-  if (std::fabs(dot(g.axis, other.axis)) < kCosContinue) return false;
+  if (!differs(g, other)) return false;
   const double to_h = dot(h.center - g.center, g.axis), to_other = dot(other.center - g.center, g.axis);
   if (to_h * to_other < 0) return false;
-  if (std::fabs(to_other) < 0.5 * g.length || std::fabs(to_other) > std::fabs(to_h) - 0.5 * h.length) return false;
-  if (norm(other.center - g.center - to_other * g.axis) > kOffsetContinue * std::min(g.radius, other.radius) + kOffset)
-    return false;
-  return std::fabs(g.radius - other.radius) > kSameRadiusShare * std::max(g.radius, other.radius) + kSameRadius;
+  return std::fabs(to_other) >= 0.5 * g.length && std::fabs(to_other) <= std::fabs(to_h) - 0.5 * h.length;
 }
 
 /// Makes g as long as both.
@@ -98,16 +103,22 @@ bool overlaps(const Handle& g, const Handle& h) {
          (std::fabs(along_h) < 0.5 * h.length && across_h < large);
 }
 
-/// Whether h is g's, which grows when h goes on where it ends. `likely`: parts that may lie between them.
-bool takes(PartCandidate& g, const PartCandidate& h, const std::vector<Handle>& likely, const Conditions& conditions) {
-  if (conditions.continue_parts && continues(g, h)) {
-    if (std::any_of(likely.begin(), likely.end(), [&](const Handle& o) { return parts(g.handle, h.handle, o); })) {
-      return false;
-    }
-    extend(g, h);
-    return true;
+/// Whether h is g's, which grows when h goes on where it ends. `likely`: parts that may lie between them, and that g
+/// does not grow over.
+bool takes(PartCandidate& g, const PartCandidate& h, const std::vector<PartCandidate>& likely,
+           const Conditions& conditions) {
+  if (!conditions.continue_parts || !continues(g, h)) return overlaps(g.handle, h.handle);
+  for (const PartCandidate& o : likely) {
+    if (parts(g.handle, h.handle, o.handle)) return false;
   }
-  return overlaps(g.handle, h.handle);
+  PartCandidate longer = g;
+  extend(longer, h);
+  const bool over = std::any_of(likely.begin(), likely.end(), [&](const PartCandidate& o) {
+    return o.handle.confidence > h.handle.confidence && differs(g.handle, o.handle) &&
+           overlaps(longer.handle, o.handle) && !overlaps(g.handle, o.handle);
+  });
+  if (!over) g = std::move(longer);
+  return true;
 }
 
 }  // namespace
@@ -121,7 +132,7 @@ void PartSearch::resolve() {
   kept_.clear();
   likely_.clear();
   for (const PartCandidate& candidate : all_) {
-    if (candidate.handle.confidence >= kLikely) likely_.push_back(candidate.handle);
+    if (candidate.handle.confidence >= kLikely) likely_.push_back(candidate);
   }
   for (PartCandidate& candidate : all_) {
     bool explained = false;

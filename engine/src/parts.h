@@ -37,7 +37,7 @@ class PartSearch {
   std::vector<PartGroup> groups_;
   std::vector<std::vector<PartCandidate>> found_;  ///< of each group
   std::vector<PartCandidate> all_, kept_;
-  std::vector<Handle> likely_;
+  std::vector<PartCandidate> likely_;
   tbb::enumerable_thread_specific<PartCheck> checks_;
 };
 
