@@ -420,35 +420,12 @@ void PartCheck::run(const PartGroup& group, const std::vector<Affordance>& affor
   if (c.radius < kThinnest) return;
   low -= kExtension, high += kExtension;
   const auto n = std::max<std::size_t>(1, static_cast<std::size_t>(std::ceil((high - low) / kSlice)));
-  // A fit to several pieces of different radii tilts the axis, which hides the steps between them: at the first sign of
-  // a step the one of most points tells the axis.
-  if (!find_pieces(c, low, n, kSuspicion)) return;
-  if (pieces_.size() == 1 && conditions_.cut_profile) {
-    // Where the tilt has hidden them altogether, an axis that lets every slice have its own radius shows them.
-    Cylinder free = c;
-    const ProfilePiece whole = pieces_[0];
-    if (fit_revolution(low, n, free) && find_pieces(free, low, n, kSuspicion) && pieces_.size() > 1) {
-      c = free;
-    } else {
-      pieces_.assign(1, whole);
-    }
-  }
-  if (pieces_.size() > 1) {
-    const auto weight_of = [&](const ProfilePiece& piece) {
-      double weight = 0;
-      for (std::size_t i = piece.first; i < piece.last; ++i) weight += slices_[i].count;
-      return weight;
-    };
-    const ProfilePiece& most =
-        *std::max_element(pieces_.begin(), pieces_.end(),
-                          [&](const ProfilePiece& a, const ProfilePiece& b) { return weight_of(a) < weight_of(b); });
-    Cylinder own = c;
-    own.radius = radius_of(most);
-    if (refit(low + static_cast<double>(most.first) * kSlice, low + static_cast<double>(most.last) * kSlice, own)) {
-      c = own;
-    }
-    if (!find_pieces(c, low, n, kPiecePenalty)) return;
-  }
+  // A fit to several pieces of different radii tilts the axis, which hides the steps between them; one that lets every
+  // slice have its own radius does not.
+  Cylinder revolution = c;
+  if (conditions_.cut_profile) fit_revolution(low, n, revolution);
+  if (!find_pieces(revolution, low, n, kPiecePenalty)) return;
+  if (pieces_.size() > 1) c = revolution;
   const bool cut = pieces_.size() > 1;
   for (const ProfilePiece& piece : pieces_) {
     const double from = low + static_cast<double>(piece.first) * kSlice,

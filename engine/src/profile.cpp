@@ -7,8 +7,10 @@
 namespace handhold {
 namespace {
 
-/// Radius over length: up to here a piece is a cone, beyond it the shoulder between two.
-constexpr double kSteep = 0.35;
+/// Radius over length: up to here a piece is a cone, beyond it the shoulder between two; a short piece sooner, as the
+/// slices at its ends hold points of its neighbours.
+constexpr double kSteep = 0.18, kSteepShort = 0.15;
+constexpr std::size_t kShort = 3;  ///< slices
 
 struct Line {
   double middle = 0, slope = 0, cost = 0;  ///< radius at `at`, its change per slice
@@ -61,7 +63,8 @@ void cut_profile(const std::vector<ProfileSlice>& slices, double width, double l
   bool joins = false;
   for (std::size_t i = 0; i < found.size(); ++i) {
     const Line line = fit(sums, found[i].first, found[i].last);
-    if (std::fabs(line.slope) > kSteep * width) {
+    const bool is_short = found[i].last - found[i].first <= kShort;
+    if (std::fabs(line.slope) > (is_short ? kSteepShort : kSteep) * width) {
       joins = false;
       continue;
     }
