@@ -9,6 +9,7 @@ namespace handhold {
 /// As it stands: the method as it is delivered.
 struct Conditions {
   bool fill_shadows = true;    ///< missing pixels that a projector's shadow explains get the farther depth
+  bool pass_flat = true;       ///< no samples where the depth image shows at once that the surface is flat or hollow
   bool fill_void = true;       ///< large regions without measurements at the image's border are empty
   bool seen_empty = true;      ///< places that were not seen count against a finger
   bool other_angles = true;    ///< approach angles beside the sensor's

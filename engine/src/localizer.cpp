@@ -126,9 +126,9 @@ struct Localizer::Impl {
     result.times_ms.index = milliseconds(start, indexed);
 
     double sampling = 0;
-    sampler.begin(tiles, *index);
     image.clear();
     if (options.method == Method::kDefault) image.build(cloud, conditions);
+    sampler.begin(tiles, *index, conditions.pass_flat ? &image : nullptr);
     result.times_ms.visibility = milliseconds(indexed, Clock::now());
     const auto prepared = Clock::now();
     search.begin(layers, cloud.viewpoint, &image);

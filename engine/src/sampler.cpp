@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 
+#include "bend.h"
 #include "kernels.h"
 #include "normals.h"
 #include "random.h"
@@ -17,6 +18,8 @@ namespace {
 
 constexpr int kTries = 100;
 constexpr int kRounds = 10;
+/// Points that a uniform draw passes over at most.
+constexpr int kFlatTries = 16;
 /// Streams of the random numbers: a round's uniform draws and its proposals do not share one.
 constexpr std::uint64_t uniform_stream(int round) {
   return 2 * static_cast<std::uint64_t>(round);
@@ -48,8 +51,9 @@ bool Sampler::in_workspace(const float* p) const {
   return true;
 }
 
-void Sampler::begin(const TileStore& tiles, const NeighbourIndex& index) {
+void Sampler::begin(const TileStore& tiles, const NeighbourIndex& index, const DepthImage* image) {
   tiles_ = &tiles;
+  image_ = image && !image->empty() ? image : nullptr;
   index_ = &index;
   const std::vector<double> radii = options_->effective_radius();
   snap_radius_ = static_cast<float>(*std::max_element(radii.begin(), radii.end()));
@@ -64,8 +68,12 @@ void Sampler::begin(const TileStore& tiles, const NeighbourIndex& index) {
 
 void Sampler::draw_uniform(int round, int sample, float* xyz) const {
   CounterRandom random(options_->seed, uniform_stream(round), static_cast<std::uint64_t>(sample));
-  const std::uint64_t i = random.below(points());
-  tiles_->finite_point(options_->workspace ? inside_[i] : i, xyz);
+  for (int attempt = 0; attempt < (image_ ? kFlatTries : 1); ++attempt) {
+    const std::uint64_t i = random.below(points());
+    tiles_->finite_point(options_->workspace ? inside_[i] : i, xyz);
+    const Vector3 place{static_cast<double>(xyz[0]), static_cast<double>(xyz[1]), static_cast<double>(xyz[2])};
+    if (image_ && bends(*image_, place, options_->effective_reach())) return;
+  }
 }
 
 void Sampler::uniform(int round, int n, float* xyz) const {

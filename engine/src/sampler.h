@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "depth_image.h"
 #include "handhold/options.h"
 #include "index.h"
 #include "tiles.h"
@@ -23,8 +24,9 @@ class Sampler {
   /// ten equal rounds, the last one with the remainder.
   static std::vector<int> rounds(const Options& options);
 
-  /// Takes the points of a frame. With a workspace, only points inside are drawn.
-  void begin(const TileStore& tiles, const NeighbourIndex& index);
+  /// Takes the points of a frame. With a workspace, only points inside are drawn; with an image, uniform draws pass over
+  /// points whose surroundings are flat or hollow.
+  void begin(const TileStore& tiles, const NeighbourIndex& index, const DepthImage* image = nullptr);
   /// Number of points that can be drawn; 0: no sample is possible.
   std::size_t points() const { return options_->workspace ? inside_.size() : tiles_->finite_points(); }
 
@@ -77,6 +79,7 @@ class Sampler {
   const Options* options_;
   const TileStore* tiles_ = nullptr;
   const NeighbourIndex* index_ = nullptr;
+  const DepthImage* image_ = nullptr;
   float snap_radius_ = 0;              ///< m; a proposal goes to the nearest point within this
   std::vector<std::uint64_t> inside_;  ///< ranks of the points in the workspace
   /// Centres sorted by cell, so that the ones near a place stand together.
