@@ -11,7 +11,7 @@ namespace {
 constexpr double kBeside[] = {0.010, 0.025};
 constexpr double kSame = 0.02;  ///< m; depths that differ by less are of the place
 /// Of the height that the thickest part has above the chord, how much counts; beside the noise, in standard deviations.
-constexpr double kShare = 0.5, kNoise = 1.5;
+constexpr double kShare = 0.8, kNoise = 2;
 constexpr double kLeast = 0.002;  ///< m
 
 /// Mean inverse depth (1/m) about a pixel; 0: unknown or far. On a plane it is linear in the pixels, whatever its slant.

@@ -23,18 +23,16 @@ bool step_axis_of_revolution(const PartPoints& points, double low, double width,
     return slices[static_cast<std::size_t>(std::clamp(at, 0, static_cast<int>(n) - 1))];
   };
   slices.assign(n, {});
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    if (points.on(i)) slice_of(i).w += 1, slice_of(i).d += points.distance(i);
-  }
+  for (const std::uint32_t i : points.selected()) slice_of(i).w += 1, slice_of(i).d += points.distance(i);
   std::size_t filled = 0;
   for (RevolutionSums& s : slices) filled += s.w >= kLeastOfSlice;
   if (filled < 3) return false;
   std::vector<double> mean;
   for (const RevolutionSums& s : slices) mean.push_back(s.w > 0 ? s.d / s.w : 0);
   slices.assign(n, {});
-  for (std::size_t i = 0; i < points.size(); ++i) {
+  for (const std::uint32_t i : points.selected()) {
     const double distance = points.distance(i);
-    if (!points.on(i) || !(distance > 0)) continue;
+    if (!(distance > 0)) continue;
     RevolutionSums& s = slice_of(i);
     const double r = distance - mean[static_cast<std::size_t>(&s - slices.data())];
     const double weight = 1 / std::max(1.0, std::fabs(r) / (2 * sigma));

@@ -30,6 +30,14 @@ constexpr std::uint64_t proposal_stream(int round) {
 
 }  // namespace
 
+namespace {
+
+Vector3 to_double(const float* p) {
+  return {static_cast<double>(p[0]), static_cast<double>(p[1]), static_cast<double>(p[2])};
+}
+
+}  // namespace
+
 std::vector<int> Sampler::rounds(const Options& options) {
   const int n = options.samples;
   if (options.strategy == Strategy::kUniform) return {n};
@@ -71,8 +79,7 @@ void Sampler::draw_uniform(int round, int sample, float* xyz) const {
   for (int attempt = 0; attempt < (image_ ? kFlatTries : 1); ++attempt) {
     const std::uint64_t i = random.below(points());
     tiles_->finite_point(options_->workspace ? inside_[i] : i, xyz);
-    const Vector3 place{static_cast<double>(xyz[0]), static_cast<double>(xyz[1]), static_cast<double>(xyz[2])};
-    if (image_ && bends(*image_, place, options_->effective_reach())) return;
+    if (image_ && bends(*image_, to_double(xyz), options_->effective_reach())) return;
   }
 }
 
