@@ -133,6 +133,7 @@ struct CylinderQuery {
   float radius;
   float sigma;  ///< > 0; distances beyond two of these weigh less
   float arm;    ///< > 0; tilts are displacements at this distance along the axis
+  float skip_above;  ///< > 0: of up to 256 points whose cost is larger, A and b are not wanted and may be left as is
 };
 /// Sums over the points, with weights w, residuals e = (distance from the axis - radius) / sigma and, for each point,
 /// a = sigma * de/d(unknowns), negated: (e1, e2, h e1, h e2, 1).
@@ -206,9 +207,14 @@ struct Kernels {
   std::int32_t (*collect)(const Tiles& tiles, const Candidates& candidates, const float* centre, float radius,
                           void* scratch, float* x, float* y, float* z);
 
+  /// Over the points of one neighbourhood, relative to the centre (m): their number; the sums of x y z; of xx xy xz yy
+  /// yz zz.
+  void (*second_moments)(const Tiles& tiles, const Candidates& candidates, const float* centre, float radius,
+                         float* sums);
   /// Offset (m) of the point nearest to the centre, of those within the radius; false: there is none.
   bool (*nearest)(const Tiles& tiles, const Candidates& candidates, const float* centre, float radius, float* offset);
-  /// Whether one of n places (a multiple of 16; unaligned arrays) has a squared distance below limit2 from `place`.
+  /// Whether one of n places (unaligned arrays; 15 floats behind the last one are read and ignored) has a squared
+  /// distance below limit2 from `place`.
   bool (*any_nearer)(const float* x, const float* y, const float* z, std::int32_t n, const float* place, float limit2);
 
   /// Taubin fit: reads moments, writes coefficients, lambda, status (paper, section 3.1).

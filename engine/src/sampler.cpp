@@ -79,6 +79,8 @@ namespace {
 /// Cells of centres: wide enough that the few nearest hold what is within a draw's usual distance.
 constexpr double kCellSigmas = 2.5;
 constexpr std::int64_t kCellBias = 1 << 20;
+/// Entries either way of a centre's that are looked at first, and how many are few.
+constexpr std::size_t kBeside = 16, kFew = 2048;
 std::int64_t cell_of(double x, double size) {
   return static_cast<std::int64_t>(std::floor(std::clamp(x / size, -1.0e6, 1.0e6))) + kCellBias;
 }
@@ -100,9 +102,8 @@ void Sampler::set_centres(const std::vector<Vector3>& centres) {
   std::sort(entries_.begin(), entries_.end(),
             [](const Entry& a, const Entry& b) { return a.cell != b.cell ? a.cell < b.cell : a.centre < b.centre; });
   entry_of_.resize(centres.size());
-  const std::size_t padded = std::max(entries_.size(), kBeside);
   double farthest = 0;
-  for (std::size_t k = 0; k < 3; ++k) rough_[k].assign(padded, std::numeric_limits<float>::max());
+  for (std::size_t k = 0; k < 3; ++k) rough_[k].assign(entries_.size() + 15, 0.0f);
   for (std::uint32_t e = 0; e < entries_.size(); ++e) {
     entry_of_[entries_[e].centre] = e;
     const Vector3 p = entries_[e].position - entries_.front().position;
@@ -126,10 +127,17 @@ bool Sampler::is_nearest(std::size_t centre, const Vector3& position) const {
     return a * a + b * b + c * c;
   };
   // Most draws lose against a centre beside the one they were drawn from.
-  const std::size_t at = entry_of_[centre], most = rough_[0].size() - kBeside;
-  const std::size_t first = std::min(most, at < kBeside / 2 ? 0 : at - kBeside / 2);
+  const std::size_t at = entry_of_[centre], n = entries_.size();
   const float place[3] = {x, y, z};
-  if (kernels::kernels().any_nearer(px + first, py + first, pz + first, kBeside, place, sure)) return false;
+  const auto any_nearer = [&](std::size_t from, std::size_t to, float limit) {
+    return kernels::kernels().any_nearer(px + from, py + from, pz + from, static_cast<std::int32_t>(to - from), place,
+                                         limit);
+  };
+  for (const std::size_t beside : {kBeside, 4 * kBeside}) {
+    if (any_nearer(at < beside ? 0 : at - beside, std::min(n, at + beside), sure)) return false;
+  }
+  // Of few centres all are looked at faster than the near ones are found.
+  if (n <= kFew && !any_nearer(0, at, perhaps) && !any_nearer(at + 1, n, perhaps)) return true;
   const auto beats = [&](const Entry& e) {
     const Vector3 away = position - e.position;
     const double e2 = dot(away, away);
