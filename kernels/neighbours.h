@@ -93,8 +93,8 @@ LANE_FN std::int32_t collect_points(const kernels::Tiles& tiles, const kernels::
 }
 
 /// kernels::Kernels::second_moments
-LANE_FN void sum_second_moments(const kernels::Tiles& tiles, const kernels::Candidates& candidates,
-                                const float* centre, float radius, float* sums) {
+LANE_FN void sum_second_moments(const kernels::Tiles& tiles, const kernels::Candidates& candidates, const float* centre,
+                                float radius, float* sums) {
   const Ball ball(centre, radius);
   const F16 zero(0.0f), one(1.0f);
   F16 s[10];

@@ -80,8 +80,8 @@ void PartPoints::gather(const Cylinder& c, double low, double high, double sigma
   const kernels::Tiles tiles = tiles_->view();
   const kernels::Candidates near = near_.view();
   const Vector3 ahead = frame(c).ahead;
-  const Line line{row_of(c.point), row_of(c.axis), row_of(ahead), static_cast<float>(low), static_cast<float>(high),
-                  static_cast<float>(most * most)};
+  const Line line{row_of(c.point),         row_of(c.axis),           row_of(ahead),
+                  static_cast<float>(low), static_cast<float>(high), static_cast<float>(most * most)};
   ids_.clear();
   for (std::size_t k = 0; k < 3; ++k) box[k] -= reach * kBoxSlack, box[3 + k] += reach * kBoxSlack;
   for (std::int32_t i = 0; i < near.padded; ++i) {

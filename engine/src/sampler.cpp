@@ -121,7 +121,8 @@ bool Sampler::is_nearest(std::size_t centre, const Vector3& position) const {
   const auto x = static_cast<float>(rough[0]), y = static_cast<float>(rough[1]), z = static_cast<float>(rough[2]);
   const float *px = rough_[0].data(), *py = rough_[1].data(), *pz = rough_[2].data();
   // Nearer than `sure` is nearer, whatever the rounding; beyond `perhaps` is farther.
-  const auto sure = static_cast<float>(d2 - 4 * d * slack_), perhaps = static_cast<float>(d2 + 4 * (d + slack_) * slack_);
+  const auto sure = static_cast<float>(d2 - 4 * d * slack_),
+             perhaps = static_cast<float>(d2 + 4 * (d + slack_) * slack_);
   const auto distance2 = [&](std::size_t i) {
     const float a = px[i] - x, b = py[i] - y, c = pz[i] - z;
     return a * a + b * b + c * c;
@@ -183,7 +184,8 @@ Sampler::Draw Sampler::draw_of(const Some& some, int i) const {
   const std::size_t j = some.centre[i];
   const double sigma = options_->effective_proposal_sigma();
   Vector3 x = centres_[j];
-  for (std::size_t k = 0; k < 3; ++k) x[k] += sigma * static_cast<double>(some.normal[k * kDraws + static_cast<std::size_t>(i)]);
+  for (std::size_t k = 0; k < 3; ++k)
+    x[k] += sigma * static_cast<double>(some.normal[k * kDraws + static_cast<std::size_t>(i)]);
   // g_max: all Gaussians have the same covariance, so the largest one at x belongs to the nearest centre. Algorithm 2
   // accepts when that is the one drawn from.
   return {j, x, options_->strategy == Strategy::kSum || is_nearest(j, x)};
