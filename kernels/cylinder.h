@@ -78,6 +78,15 @@ LANE_FN void cylinder_equations(const float* px, const float* py, const float* p
         keep(p, i);
       }
       cost.store(rows[18] + lane), square.store(rows[19] + lane);
+    }
+    if (q.skip_above > 0 && n <= kChunkPoints) {
+      out.cost = reduce_add(F16::load(rows[18]));
+      out.square = reduce_add(F16::load(rows[19]));
+      if (out.cost > q.skip_above) return;
+    }
+#pragma GCC unroll 1
+    for (int lane = 0; lane < 16; lane += kSumLanes) {
+      std::int32_t i = lane;
       // w, w h, w h^2; the same times e1^2; times e1 e2.
       Sum s[9];
 #pragma GCC unroll 9

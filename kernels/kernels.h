@@ -131,8 +131,9 @@ struct CylinderQuery {
   float point[3];  ///< of the axis
   float axis[3], t1[3], t2[3];
   float radius;
-  float sigma;  ///< > 0; distances beyond two of these weigh less
-  float arm;    ///< > 0; tilts are displacements at this distance along the axis
+  float sigma;       ///< > 0; distances beyond two of these weigh less
+  float arm;         ///< > 0; tilts are displacements at this distance along the axis
+  float skip_above;  ///< > 0: of up to 256 points whose cost is larger, A and b are not wanted and may be left as is
 };
 /// Sums over the points, with weights w, residuals e = (distance from the axis - radius) / sigma and, for each point,
 /// a = sigma * de/d(unknowns), negated: (e1, e2, h e1, h e2, 1).
@@ -153,17 +154,17 @@ struct FreeQuery {
   float corner[3], out[3], up[3], along[3];
   std::int32_t columns, rows, layers;
   std::int32_t first;  ///< column to begin with, a multiple of 16
-  float tolerance;  ///< m; what was seen counts as behind a place beyond this
+  float tolerance;     ///< m; what was seen counts as behind a place beyond this
 };
 
 /// A place of a depth image, sixteen directions, and what counts as a step there.
 struct RayQuery {
-  const float* depth;          ///< [height][width] m; infinity: nothing there; 0: unknown
-  std::int32_t width, height;  ///< px; at most 2^31 pixels, at least one
-  float column, row;           ///< px; of pixel (i, j) are [i, i + 1) and [j, j + 1)
+  const float* depth;                 ///< [height][width] m; infinity: nothing there; 0: unknown
+  std::int32_t width, height;         ///< px; at most 2^31 pixels, at least one
+  float column, row;                  ///< px; of pixel (i, j) are [i, i + 1) and [j, j + 1)
   float out_column[16], out_row[16];  ///< px; one step in each direction
-  float jump;                  ///< m; neighbouring depths of one surface differ by up to this
-  std::int32_t most;           ///< steps
+  float jump;                         ///< m; neighbouring depths of one surface differ by up to this
+  std::int32_t most;                  ///< steps
 };
 
 /// About an axis: directions across it, at right angles, and how many of the outermost points are wanted.
@@ -206,9 +207,14 @@ struct Kernels {
   std::int32_t (*collect)(const Tiles& tiles, const Candidates& candidates, const float* centre, float radius,
                           void* scratch, float* x, float* y, float* z);
 
+  /// Over the points of one neighbourhood, relative to the centre (m): their number; the sums of x y z; of xx xy xz yy
+  /// yz zz.
+  void (*second_moments)(const Tiles& tiles, const Candidates& candidates, const float* centre, float radius,
+                         float* sums);
   /// Offset (m) of the point nearest to the centre, of those within the radius; false: there is none.
   bool (*nearest)(const Tiles& tiles, const Candidates& candidates, const float* centre, float radius, float* offset);
-  /// Whether one of n places (a multiple of 16; unaligned arrays) has a squared distance below limit2 from `place`.
+  /// Whether one of n places (unaligned arrays; 15 floats behind the last one are read and ignored) has a squared
+  /// distance below limit2 from `place`.
   bool (*any_nearer)(const float* x, const float* y, const float* z, std::int32_t n, const float* place, float limit2);
 
   /// Taubin fit: reads moments, writes coefficients, lambda, status (paper, section 3.1).
@@ -231,16 +237,17 @@ struct Kernels {
                    CylinderEquations& equations);
 
   /// How many of each column's places (rows * layers) were seen to be empty: in the image, at least 20 mm before the
-  /// camera, with a measured depth behind them. free: `columns` numbers, padded to a multiple of 16; those before `first` stay.
+  /// camera, with a measured depth behind them. free: `columns` numbers, padded to a multiple of
+  /// 16; those before `first` stay.
   void (*free_places)(const FreeQuery& query, float* free);
 
-  /// Steps from the place to where its surface ends at a farther one, half of one before the first pixel beyond, in each
-  /// of the sixteen directions; -1: it does not, or something nearer or unknown comes first.
+  /// Steps from the place to where its surface ends at a farther one, half of one before the first pixel beyond, in
+  /// each of the sixteen directions; -1: it does not, or something nearer or unknown comes first.
   void (*ray_ends)(const RayQuery& query, float* ends);
 
   /// Of n points (unaligned arrays; 15 floats behind the last one are read and ignored) the kTurns least and largest
-  /// turns about the axis, from the outermost on; 3 and -3 where there are not so many. A turn rises with the angle from
-  /// `ahead` towards `side`, from -2 to 2: with c = a / (|a| + |b|) it is 1 - c, with the sign of b.
+  /// turns about the axis, from the outermost on; 3 and -3 where there are not so many. A turn rises with the angle
+  /// from `ahead` towards `side`, from -2 to 2: with c = a / (|a| + |b|) it is 1 - c, with the sign of b.
   void (*outer_turns)(const float* x, const float* y, const float* z, std::int32_t n, const TurnQuery& query,
                       float* least, float* most);
 

@@ -92,6 +92,38 @@ LANE_FN std::int32_t collect_points(const kernels::Tiles& tiles, const kernels::
   return n;
 }
 
+/// kernels::Kernels::second_moments
+LANE_FN void sum_second_moments(const kernels::Tiles& tiles, const kernels::Candidates& candidates, const float* centre,
+                                float radius, float* sums) {
+  const Ball ball(centre, radius);
+  const F16 zero(0.0f), one(1.0f);
+  F16 s[10];
+#pragma GCC unroll 10
+  for (int k = 0; k < 10; ++k) s[k] = zero;
+  for (std::int32_t i = 0; i < candidates.padded; i += 16) {
+    std::uint32_t blocks = test_boxes(candidates.boxes, static_cast<std::size_t>(i), ball).touched;
+    for (; blocks; blocks &= blocks - 1) {
+      const std::uint32_t block = candidates.block[i + __builtin_ctz(blocks)];
+      const TileHits hits = touched_tiles(tiles, block, ball);
+      for (std::uint32_t rest = hits.boundary | hits.inside; rest; rest &= rest - 1) {
+        const float* p = tile_points(tiles, 16 * block + static_cast<std::uint32_t>(__builtin_ctz(rest)));
+        F16 x = F16::load(p) - ball.x, y = F16::load(p + 16) - ball.y, z = F16::load(p + 32) - ball.z;
+        const M16 in = squared_norm(x, y, z) <= ball.r2;
+        x = select(in, x, zero), y = select(in, y, zero), z = select(in, z, zero);
+        s[0] = s[0] + select(in, one, zero), s[1] = s[1] + x, s[2] = s[2] + y, s[3] = s[3] + z;
+        s[4] = fma(x, x, s[4]), s[5] = fma(x, y, s[5]), s[6] = fma(x, z, s[6]);
+        s[7] = fma(y, y, s[7]), s[8] = fma(y, z, s[8]), s[9] = fma(z, z, s[9]);
+      }
+    }
+  }
+  alignas(64) float rows[16][16];
+#pragma GCC unroll 16
+  for (int k = 0; k < 16; ++k) (k < 10 ? s[k] : zero).store(rows[k]);
+  alignas(64) float all[16];
+  reduce_rows(rows).store(all);
+  for (int k = 0; k < 10; ++k) sums[k] = all[k];
+}
+
 /// kernels::Kernels::nearest
 LANE_FN bool nearest_point(const kernels::Tiles& tiles, const kernels::Candidates& candidates, const float* centre,
                            float radius, float* offset) {
@@ -130,10 +162,14 @@ LANE_FN bool nearest_point(const kernels::Tiles& tiles, const kernels::Candidate
 LANE_FN bool find_nearer(const float* px, const float* py, const float* pz, std::int32_t n, const float* place,
                          float limit2) {
   const F16 x(place[0]), y(place[1]), z(place[2]), limit(limit2);
-  for (std::int32_t i = 0; i < n; i += 16) {
-    if (any(squared_norm(F16::loadu(px + i) - x, F16::loadu(py + i) - y, F16::loadu(pz + i) - z) < limit)) return true;
+  const auto nearer = [&](std::int32_t i) __attribute__((always_inline)) {
+    return squared_norm(F16::loadu(px + i) - x, F16::loadu(py + i) - y, F16::loadu(pz + i) - z) < limit;
+  };
+  std::int32_t i = 0;
+  for (; i + 16 <= n; i += 16) {
+    if (any(nearer(i))) return true;
   }
-  return false;
+  return i < n && any(nearer(i) & (F16::load(kLaneNumbers) < F16(static_cast<float>(n - i))));
 }
 
 }  // namespace handhold::HANDHOLD_LANE

@@ -87,6 +87,19 @@ TEST(CylinderKernel, SumsWhatThePlainLoopSums) {
         for (int k = 0; k < 5; ++k) EXPECT_NEAR(sums.b[k], expected.b[k], 10 * scale);
         EXPECT_NEAR(sums.cost, expected.cost, 1e-4 * (1 + expected.cost));
         EXPECT_NEAR(sums.square, expected.square, 1e-4 * (1e-6 + expected.square));
+        // With a limit on the cost the equations are the same, or left out where they are not wanted.
+        for (const double share : {0.99, 1.01}) {
+          kernels::CylinderQuery limited = q;
+          limited.skip_above = static_cast<float>(share) * sums.cost;
+          kernels::CylinderEquations other{};
+          other.b[4] = -77;
+          kernels::kernels(names[i])->cylinder(p.x, p.y, p.z, n, limited, other);
+          EXPECT_EQ(other.cost, sums.cost);
+          EXPECT_EQ(other.square, sums.square);
+          const bool skipped = share < 1 && n > 0 && n <= 256;
+          EXPECT_EQ(other.b[4], skipped ? -77 : sums.b[4]);
+          EXPECT_EQ(other.A[14], skipped ? 0 : sums.A[14]);
+        }
       }
     }
   }

@@ -166,14 +166,50 @@ TEST(NearestPoint, IsThatOfAPlainLoop) {
   }
 }
 
+TEST(SecondMoments, AreThoseOfAPlainLoop) {
+  Random random(314);
+  for (int trial = 0; trial < 20; ++trial) {
+    FloatPoints points;
+    for (int i = 0; i < 700; ++i) points.push_back(random.normal3(0.05).cast<float>());
+    const Eigen::Vector3f c = random.normal3(0.05).cast<float>();
+    const float radius = 0.03f;
+    double plain[10] = {};
+    for (const auto& p : points) {
+      const Vector3d d = (p - c).cast<double>();
+      if (d.norm() > static_cast<double>(radius)) continue;
+      const double terms[10] = {1,           d[0],        d[1],        d[2],        d[0] * d[0],
+                                d[0] * d[1], d[0] * d[2], d[1] * d[1], d[1] * d[2], d[2] * d[2]};
+      for (int k = 0; k < 10; ++k) plain[k] += terms[k];
+    }
+    float first[10];
+    for (const Kernels* table : test::all_kernels()) {
+      SCOPED_TRACE(table->name);
+      const test::PackedCloud cloud(*table, points, {trial % 2 ? 16 : 11, trial % 3 == 0});
+      float sums[10];
+      table->second_moments(cloud.tiles(), cloud.candidates(), c.data(), radius, sums);
+      for (int k = 0; k < 10; ++k) EXPECT_NEAR(sums[k], plain[k], 1e-5 * plain[0] * (k < 4 ? 0.03 : 0.0009) + 1e-9);
+      if (table == test::bitwise_kernels().front()) std::copy(sums, sums + 10, first);
+    }
+    for (const Kernels* table : test::bitwise_kernels()) {
+      const test::PackedCloud cloud(*table, points, {trial % 2 ? 16 : 11, trial % 3 == 0});
+      float sums[10];
+      table->second_moments(cloud.tiles(), cloud.candidates(), c.data(), radius, sums);
+      EXPECT_TRUE(std::equal(sums, sums + 10, first)) << table->name;
+    }
+  }
+}
+
 TEST(AnyNearer, LooksAtAllPlaces) {
   for (const Kernels* table : test::all_kernels()) {
-    std::vector<float> x(33, 1.0f), y(33, 2.0f), z(33, -1.0f);
+    std::vector<float> x(48, 1.0f), y(48, 2.0f), z(48, -1.0f);
     const float place[3] = {0.5f, 0, 0};
     for (std::size_t i = 1; i < 33; ++i) {  // from an odd address
       x[i] = 0.25f, y[i] = 0, z[i] = 0;
       EXPECT_TRUE(table->any_nearer(&x[1], &y[1], &z[1], 32, place, 0.0626f)) << table->name;
       EXPECT_FALSE(table->any_nearer(&x[1], &y[1], &z[1], 32, place, 0.0625f)) << table->name;
+      for (std::int32_t n = 0; n <= 32; ++n) {
+        EXPECT_EQ(table->any_nearer(&x[1], &y[1], &z[1], n, place, 0.0626f), static_cast<std::int32_t>(i) <= n);
+      }
       x[i] = 1;
       y[i] = 2;
     }

@@ -14,6 +14,8 @@ constexpr double kArm = 0.02;
 constexpr double kSmallest = 0.001, kLargest = 0.2;
 /// A step that lowers the cost by less than this part of it is the last one.
 constexpr double kLeastGain = 0.03;
+/// For the rounding of a gain; and a cost that everything but a perfect fit is above.
+constexpr double kGainSlack = 1.0001, kAlways = 1e-30;
 /// Keeps unknowns that the points do not tell (a tilt of a short patch) where they are.
 constexpr double kRidge = 1e-3;
 
@@ -68,7 +70,8 @@ double sum(const float* p, std::size_t n) {
   return all;
 }
 
-Evaluated evaluate(const PointArrays& points, const Cylinder& c, double sigma) {
+/// `skip_above`: kernels::CylinderQuery::skip_above
+Evaluated evaluate(const PointArrays& points, const Cylinder& c, double sigma, double skip_above) {
   Evaluated e;
   e.t1 = any_perpendicular(c.axis), e.t2 = cross(c.axis, e.t1);
   kernels::CylinderQuery q;
@@ -77,6 +80,7 @@ Evaluated evaluate(const PointArrays& points, const Cylinder& c, double sigma) {
     q.t1[k] = static_cast<float>(e.t1[k]), q.t2[k] = static_cast<float>(e.t2[k]);
   }
   q.radius = static_cast<float>(c.radius), q.sigma = static_cast<float>(sigma), q.arm = static_cast<float>(kArm);
+  q.skip_above = static_cast<float>(skip_above);
   kernels::kernels().cylinder(points.x, points.y, points.z, static_cast<std::int32_t>(points.n), q, e.sums);
   return e;
 }
@@ -90,7 +94,7 @@ double refine_cylinder(const PointArrays& points, double sigma, int steps, Cylin
   c.point = c.point + dot(middle - c.point, c.axis) * c.axis;
 
   double damping = 1e-3;
-  Evaluated here = evaluate(points, c, sigma);
+  Evaluated here = evaluate(points, c, sigma, steps > 0 ? 0 : kAlways);
   for (int step = 0; step < steps;) {
     double b[5], x[5];
     for (int i = 0; i < 5; ++i) b[i] = sigma * static_cast<double>(here.sums.b[i]);
@@ -106,7 +110,9 @@ double refine_cylinder(const PointArrays& points, double sigma, int steps, Cylin
       next.axis = normalized(c.axis + (x[2] / kArm) * here.t1 + (x[3] / kArm) * here.t2);
       next.radius = c.radius + x[4];
       if (next.radius > kSmallest && next.radius < kLargest) {
-        const Evaluated there = evaluate(points, next, sigma);
+        // The next step's equations, if there will be one.
+        const double worth = kGainSlack * (1 - kLeastGain) * static_cast<double>(here.sums.cost);
+        const Evaluated there = evaluate(points, next, sigma, step + 1 < steps ? worth : kAlways);
         better = there.sums.cost < here.sums.cost;
         if (better) {
           gain = 1 - static_cast<double>(there.sums.cost) / static_cast<double>(here.sums.cost);

@@ -18,6 +18,44 @@ constexpr float kNormalShared = 0.004f;            ///< m; neighbouring pixels n
 constexpr double kBehind = 0.3;       ///< of the distance from the axis: points farther behind it are another surface's
 constexpr float kBoxSlack = 1.0001f;  ///< for the rounding of boxes
 
+struct Row {
+  float x, y, z;
+};
+Row row_of(const Vector3& v) {
+  return {static_cast<float>(v[0]), static_cast<float>(v[1]), static_cast<float>(v[2])};
+}
+
+// Loops on arrays that share no memory: the compiler takes several points at a time.
+
+/// Components of points, relative to `from`, in a direction.
+void components(const float* __restrict x, const float* __restrict y, const float* __restrict z, std::size_t n,
+                Row from, Row along, float* __restrict out) {
+  for (std::size_t i = 0; i < n; ++i) {
+    out[i] = along.x * (x[i] - from.x) + along.y * (y[i] - from.y) + along.z * (z[i] - from.z);
+  }
+}
+void lengths(const float* __restrict a, const float* __restrict b, std::size_t n, float* __restrict out) {
+  for (std::size_t i = 0; i < n; ++i) out[i] = std::sqrt(a[i] * a[i] + b[i] * b[i]);
+}
+
+/// A stretch of a line: what lies on and around the side that the sensor sees.
+struct Line {
+  Row point, axis, ahead;
+  float low, high, most2;
+};
+/// Which points of a tile are near it.
+void test_tile(const float* __restrict p, const Line& l, std::int32_t* __restrict in) {
+  for (std::uint32_t k = 0; k < kernels::kTilePoints; ++k) {
+    const float x = p[k] - l.point.x, y = p[16 + k] - l.point.y, z = p[32 + k] - l.point.z;
+    const float height = l.axis.x * x + l.axis.y * y + l.axis.z * z;
+    const float before = l.ahead.x * x + l.ahead.y * y + l.ahead.z * z;  // which is across the axis
+    const float distance2 = x * x + y * y + z * z - height * height;
+    const auto behind = static_cast<float>(kBehind * kBehind) * distance2;
+    in[k] = (p[k] < kernels::kFar) & (height >= l.low) & (height <= l.high) & (distance2 <= l.most2) &
+            ((before >= 0) | (before * before <= behind));
+  }
+}
+
 }  // namespace
 
 CylinderFrame PartPoints::frame(const Cylinder& c) const {
@@ -42,6 +80,8 @@ void PartPoints::gather(const Cylinder& c, double low, double high, double sigma
   const kernels::Tiles tiles = tiles_->view();
   const kernels::Candidates near = near_.view();
   const Vector3 ahead = frame(c).ahead;
+  const Line line{row_of(c.point),         row_of(c.axis),           row_of(ahead),
+                  static_cast<float>(low), static_cast<float>(high), static_cast<float>(most * most)};
   ids_.clear();
   for (std::size_t k = 0; k < 3; ++k) box[k] -= reach * kBoxSlack, box[3 + k] += reach * kBoxSlack;
   for (std::int32_t i = 0; i < near.padded; ++i) {
@@ -52,19 +92,10 @@ void PartPoints::gather(const Cylinder& c, double low, double high, double sigma
       for (std::size_t k = 0; k < 3; ++k) outside |= boxes[16 * k + t] > box[3 + k] || boxes[48 + 16 * k + t] < box[k];
       if (outside) continue;
       const std::uint32_t tile = near.block[i] * kernels::kBlockTiles + t;
-      const float* p = tiles.points + static_cast<std::size_t>(tile) * 48;
+      std::int32_t in[kernels::kTilePoints];
+      test_tile(tiles.points + static_cast<std::size_t>(tile) * 48, line, in);
       for (std::uint32_t k = 0; k < kernels::kTilePoints; ++k) {
-        if (!(p[k] < kernels::kFar)) continue;
-        const Vector3 d =
-            Vector3{static_cast<double>(p[k]), static_cast<double>(p[16 + k]), static_cast<double>(p[32 + k])} -
-            c.point;
-        const double height = dot(d, c.axis);
-        if (height < low || height > high) continue;
-        const double distance2 = dot(d, d) - height * height;
-        if (distance2 > most * most) continue;
-        const double before = dot(d, ahead);  // which is across the axis
-        if (before < 0 && before * before > kBehind * kBehind * distance2) continue;
-        ids_.push_back(16 * tile + k);
+        if (in[k]) ids_.push_back(16 * tile + k);
       }
     }
   }
@@ -108,26 +139,18 @@ Vector3 PartPoints::shared_normal(std::size_t i) {
 Vector3 PartPoints::find_normal(std::uint32_t id) {
   const float* at = tiles_->view().points + static_cast<std::size_t>(id / 16) * 48 + id % 16;
   const float p[3] = {at[0], at[16], at[32]};
-  const auto capacity = static_cast<std::size_t>(around_.view().padded) * 256 + 16;
-  ball_x_.require(capacity), ball_y_.require(capacity), ball_z_.require(capacity);
-  const int count = kernels::kernels().collect(tiles_->view(), around_.view(), p, static_cast<float>(kNormalBall),
-                                               nullptr, ball_x_.data(), ball_y_.data(), ball_z_.data());
-  if (count < 8) return {};
-  float sum[9] = {};
-  for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i) {
-    const float x = ball_x_[i], y = ball_y_[i], z = ball_z_[i];
-    sum[0] += x, sum[1] += y, sum[2] += z;
-    sum[3] += x * x, sum[4] += x * y, sum[5] += x * z, sum[6] += y * y, sum[7] += y * z, sum[8] += z * z;
-  }
-  const float inverse = 1.0f / static_cast<float>(count);
-  const float mx = sum[0] * inverse, my = sum[1] * inverse, mz = sum[2] * inverse;
+  float sum[10];
+  kernels::kernels().second_moments(tiles_->view(), around_.view(), p, static_cast<float>(kNormalBall), sum);
+  if (sum[0] < 8) return {};
+  const float inverse = 1.0f / sum[0];
+  const float mx = sum[1] * inverse, my = sum[2] * inverse, mz = sum[3] * inverse;
   Eigen::Matrix3d C;
-  C(0, 0) = static_cast<double>(sum[3] * inverse - mx * mx);
-  C(1, 0) = C(0, 1) = static_cast<double>(sum[4] * inverse - mx * my);
-  C(2, 0) = C(0, 2) = static_cast<double>(sum[5] * inverse - mx * mz);
-  C(1, 1) = static_cast<double>(sum[6] * inverse - my * my);
-  C(2, 1) = C(1, 2) = static_cast<double>(sum[7] * inverse - my * mz);
-  C(2, 2) = static_cast<double>(sum[8] * inverse - mz * mz);
+  C(0, 0) = static_cast<double>(sum[4] * inverse - mx * mx);
+  C(1, 0) = C(0, 1) = static_cast<double>(sum[5] * inverse - mx * my);
+  C(2, 0) = C(0, 2) = static_cast<double>(sum[6] * inverse - mx * mz);
+  C(1, 1) = static_cast<double>(sum[7] * inverse - my * my);
+  C(2, 1) = C(1, 2) = static_cast<double>(sum[8] * inverse - my * mz);
+  C(2, 2) = static_cast<double>(sum[9] * inverse - mz * mz);
   Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver;
   solver.computeDirect(C * 1e4);
   const Eigen::Vector3d v = solver.eigenvectors().col(0);
@@ -142,23 +165,11 @@ void PartPoints::locate(const Cylinder& c) {
   const CylinderFrame f = frame(c);
   const std::size_t n = size();
   height_.resize(n), distance_.resize(n), side_.resize(n), ahead_.resize(n);
-  float from[3], along[3], across[3], before[3];
-  for (std::size_t k = 0; k < 3; ++k) {
-    from[k] = static_cast<float>(c.point[k]), along[k] = static_cast<float>(c.axis[k]);
-    across[k] = static_cast<float>(f.side[k]), before[k] = static_cast<float>(f.ahead[k]);
-  }
-  // Pointers that share no memory: the compiler takes several points at a time.
-  const float *__restrict px = x_.data(), *__restrict py = y_.data(), *__restrict pz = z_.data();
-  float *__restrict h = height_.data(), *__restrict s = side_.data(), *__restrict a = ahead_.data(),
-                   *__restrict d = distance_.data();
-  for (std::size_t i = 0; i < n; ++i) {
-    const float x = px[i] - from[0], y = py[i] - from[1], z = pz[i] - from[2];
-    h[i] = along[0] * x + along[1] * y + along[2] * z;
-    s[i] = across[0] * x + across[1] * y + across[2] * z;
-    a[i] = before[0] * x + before[1] * y + before[2] * z;
-  }
-  for (std::size_t i = 0; i < n; ++i) d[i] = s[i] * s[i] + a[i] * a[i];
-  for (std::size_t i = 0; i < n; ++i) d[i] = std::sqrt(d[i]);
+  const Row from = row_of(c.point);
+  components(x_.data(), y_.data(), z_.data(), n, from, row_of(c.axis), height_.data());
+  components(x_.data(), y_.data(), z_.data(), n, from, row_of(f.side), side_.data());
+  components(x_.data(), y_.data(), z_.data(), n, from, row_of(f.ahead), ahead_.data());
+  lengths(side_.data(), ahead_.data(), n, distance_.data());
 }
 
 bool PartPoints::outward(std::size_t i, const CylinderFrame& f, double& component) {

@@ -89,8 +89,7 @@ class PartPoints {
   std::vector<char> known_;                       ///< which were
   std::vector<std::array<Normal, 256>> normals_;  ///< of the blocks that were asked for, in all lines of the frame
   std::vector<std::uint32_t> normals_of_;         ///< block -> position in normals_
-  AlignedArray<float> ball_x_, ball_y_, ball_z_;
-  std::vector<float> fit_x_, fit_y_, fit_z_;  ///< with 15 more
+  std::vector<float> fit_x_, fit_y_, fit_z_;      ///< with 15 more
   std::size_t fitted_ = 0;
 };
 

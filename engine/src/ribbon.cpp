@@ -11,11 +11,11 @@
 namespace handhold {
 namespace {
 
-constexpr double kWidest = 0.030;   ///< m
-constexpr double kNarrowest = 2.5;  ///< px
+constexpr double kWidest = 0.030;       ///< m
+constexpr double kNarrowest = 2.5;      ///< px
 constexpr std::size_t kDirections = 8;  ///< over half a turn
-constexpr double kStation = 0.005;  ///< m; from one look across to the next one along the strip
-constexpr int kStations = 4;        ///< either way
+constexpr double kStation = 0.005;      ///< m; from one look across to the next one along the strip
+constexpr int kStations = 4;            ///< either way
 constexpr std::size_t kLeastStations = 5;
 /// Widths along a strip differ by less (share, and px).
 constexpr double kSameWidth = 0.3, kSamePixels = 1.5;
@@ -55,6 +55,19 @@ class Strip {
     return -1;
   }
 
+  /// Whether what is seen at that distance on two opposite sides may lie behind the surface at the place. On planes it
+  /// does not, however they are tilted; a strip has something farther, or unknown, beyond it on both sides.
+  bool may_end(double u, double v, double distance) const {
+    const double z = depth(u, v);
+    for (std::size_t k = 0; k < kDirections; ++k) {
+      const double du = distance * static_cast<double>(kFan.column[k]),
+                   dv = distance * static_cast<double>(kFan.row[k]);
+      const double a = depth(u + du, v + dv), b = depth(u - du, v - dv);
+      if (!(a > 0 && b > 0 && a + b - 2 * z <= jump_)) return true;
+    }
+    return false;
+  }
+
   struct Chord {
     double left = -1, right = -1;
     double width() const { return left + right; }
@@ -83,6 +96,7 @@ bool find_ribbon(const DepthImage& image, const Vector3& sample, Cylinder& ribbo
   const Strip strip(image, depth_step(depth_noise(z0)));
   double u = p.a / z0 + 0.5, v = p.b / z0 + 0.5;
   double least = most + 1.0, du = 0, dv = 0;
+  if (!strip.may_end(u, v, most)) return false;
   kernels::RayQuery rays{};
   rays.depth = image.pixels(), rays.width = image.width(), rays.height = image.height();
   rays.column = static_cast<float>(u), rays.row = static_cast<float>(v);

@@ -94,6 +94,8 @@ namespace {
 /// Cells of centres: wide enough that the few nearest hold what is within a draw's usual distance.
 constexpr double kCellSigmas = 2.5;
 constexpr std::int64_t kCellBias = 1 << 20;
+/// Entries either way of a centre's that are looked at first, and how many are few.
+constexpr std::size_t kBeside = 16, kFew = 2048;
 std::int64_t cell_of(double x, double size) {
   return static_cast<std::int64_t>(std::floor(std::clamp(x / size, -1.0e6, 1.0e6))) + kCellBias;
 }
@@ -115,9 +117,8 @@ void Sampler::set_centres(const std::vector<Vector3>& centres) {
   std::sort(entries_.begin(), entries_.end(),
             [](const Entry& a, const Entry& b) { return a.cell != b.cell ? a.cell < b.cell : a.centre < b.centre; });
   entry_of_.resize(centres.size());
-  const std::size_t padded = std::max(entries_.size(), kBeside);
   double farthest = 0;
-  for (std::size_t k = 0; k < 3; ++k) rough_[k].assign(padded, std::numeric_limits<float>::max());
+  for (std::size_t k = 0; k < 3; ++k) rough_[k].assign(entries_.size() + 15, 0.0f);
   for (std::uint32_t e = 0; e < entries_.size(); ++e) {
     entry_of_[entries_[e].centre] = e;
     const Vector3 p = entries_[e].position - entries_.front().position;
@@ -135,16 +136,24 @@ bool Sampler::is_nearest(std::size_t centre, const Vector3& position) const {
   const auto x = static_cast<float>(rough[0]), y = static_cast<float>(rough[1]), z = static_cast<float>(rough[2]);
   const float *px = rough_[0].data(), *py = rough_[1].data(), *pz = rough_[2].data();
   // Nearer than `sure` is nearer, whatever the rounding; beyond `perhaps` is farther.
-  const auto sure = static_cast<float>(d2 - 4 * d * slack_), perhaps = static_cast<float>(d2 + 4 * (d + slack_) * slack_);
+  const auto sure = static_cast<float>(d2 - 4 * d * slack_),
+             perhaps = static_cast<float>(d2 + 4 * (d + slack_) * slack_);
   const auto distance2 = [&](std::size_t i) {
     const float a = px[i] - x, b = py[i] - y, c = pz[i] - z;
     return a * a + b * b + c * c;
   };
   // Most draws lose against a centre beside the one they were drawn from.
-  const std::size_t at = entry_of_[centre], most = rough_[0].size() - kBeside;
-  const std::size_t first = std::min(most, at < kBeside / 2 ? 0 : at - kBeside / 2);
+  const std::size_t at = entry_of_[centre], n = entries_.size();
   const float place[3] = {x, y, z};
-  if (kernels::kernels().any_nearer(px + first, py + first, pz + first, kBeside, place, sure)) return false;
+  const auto any_nearer = [&](std::size_t from, std::size_t to, float limit) {
+    return kernels::kernels().any_nearer(px + from, py + from, pz + from, static_cast<std::int32_t>(to - from), place,
+                                         limit);
+  };
+  for (const std::size_t beside : {kBeside, 4 * kBeside}) {
+    if (any_nearer(at < beside ? 0 : at - beside, std::min(n, at + beside), sure)) return false;
+  }
+  // Of few centres all are looked at faster than the near ones are found.
+  if (n <= kFew && !any_nearer(0, at, perhaps) && !any_nearer(at + 1, n, perhaps)) return true;
   const auto beats = [&](const Entry& e) {
     const Vector3 away = position - e.position;
     const double e2 = dot(away, away);
@@ -190,7 +199,8 @@ Sampler::Draw Sampler::draw_of(const Some& some, int i) const {
   const std::size_t j = some.centre[i];
   const double sigma = options_->effective_proposal_sigma();
   Vector3 x = centres_[j];
-  for (std::size_t k = 0; k < 3; ++k) x[k] += sigma * static_cast<double>(some.normal[k * kDraws + static_cast<std::size_t>(i)]);
+  for (std::size_t k = 0; k < 3; ++k)
+    x[k] += sigma * static_cast<double>(some.normal[k * kDraws + static_cast<std::size_t>(i)]);
   // g_max: all Gaussians have the same covariance, so the largest one at x belongs to the nearest centre. Algorithm 2
   // accepts when that is the one drawn from.
   return {j, x, options_->strategy == Strategy::kSum || is_nearest(j, x)};

@@ -91,8 +91,7 @@ class Sampler {
   std::vector<Vector3> centres_;
   std::vector<Entry> entries_;
   std::vector<std::uint32_t> entry_of_;  ///< centre -> its entry
-  /// The entries' positions relative to the first one, in single precision (m); padded to kBeside.
-  static constexpr std::size_t kBeside = 128;
+  /// The entries' positions relative to the first one, in single precision (m); with 15 more numbers.
   std::array<std::vector<float>, 3> rough_;
   double slack_ = 0;  ///< m; how wrong they may be
   std::vector<Proposal> proposals_;
