@@ -79,7 +79,7 @@ Outcome search(const std::vector<Affordance>& affordances, const Options& option
   for (const Handle& h : outcome.handles) {
     EXPECT_LE(h.confidence, before) << "best first";
     before = h.confidence;
-    EXPECT_GE(h.confidence, options.min_confidence);
+    EXPECT_GE(h.confidence, options.effective_min_confidence());
     EXPECT_GE(h.length, options.handle_min_length);
     EXPECT_GE(static_cast<int>(h.affordances.size()), options.handle_min_affordances);
     EXPECT_TRUE(std::is_sorted(h.affordances.begin(), h.affordances.end()));

@@ -154,7 +154,7 @@ TEST(Options, EndsOfTheRangesAreValid) {
   Options low;
   low.samples = 1, low.min_neighbours = 10, low.hand_minimum = 0, low.handle_min_affordances = 1, low.threads = 0;
   low.shell_gap_area_mm2 = low.shell_inner_area_mm2 = low.align_angle = low.align_offset = low.align_radius = 0;
-  low.handle_min_length = low.min_confidence = 0;
+  low.handle_min_length = 0, low.min_confidence = 0;
   EXPECT_EQ(complaint(low), "");
   Options high;
   high.samples = 10'000'000, high.min_neighbours = high.handle_min_affordances = 1'000'000, high.threads = 4096;
@@ -184,6 +184,11 @@ TEST(Options, DefaultsThatFollowOthers) {
   options.proposal_sigma = 0.007, options.reach = 0.2;
   EXPECT_EQ(options.effective_proposal_sigma(), 0.007);
   EXPECT_EQ(options.effective_reach(), 0.2);
+  EXPECT_EQ(options.effective_min_confidence(), 0.65);
+  options.method = Method::kPaper;
+  EXPECT_EQ(options.effective_min_confidence(), 0) << "that method's numbers are not probabilities";
+  options.min_confidence = 0.3;
+  EXPECT_EQ(options.effective_min_confidence(), 0.3);
 }
 
 template <class E>

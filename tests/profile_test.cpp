@@ -62,6 +62,21 @@ TEST(Profile, NeckAndBodyWithoutTheShoulderBetweenThem) {
   EXPECT_EQ(pieces[1].last, 40u);
 }
 
+TEST(Profile, SlicesThatHoldPointsOfBothSidesDoNotJoinThem) {
+  // A can and its cap; the two slices about the step are of both.
+  const auto pieces = cut(run(9, 0.021) + run(2, 0.0234, 0.34) + run(30, 0.0264));
+  ASSERT_EQ(pieces.size(), 2u);
+  EXPECT_EQ(pieces[0].last, 9u);
+  EXPECT_EQ(pieces[1].first, 11u);
+}
+
+TEST(Profile, GentleShoulderPartsNeckAndFoot) {
+  const auto pieces = cut(run(12, 0.033) + run(5, 0.033, -0.25) + run(12, 0.0267));
+  ASSERT_EQ(pieces.size(), 2u);
+  EXPECT_LE(pieces[0].last, 13u);
+  EXPECT_GE(pieces[1].first, 16u);
+}
+
 TEST(Profile, TaperAndWaistStayWhole) {
   EXPECT_EQ(cut(run(24, 0.030, 0.1)).size(), 1u) << "a cup";
   EXPECT_EQ(cut(run(12, 0.020, -0.08) + run(12, 0.0152, 0.08)).size(), 1u) << "two cones that meet";

@@ -14,7 +14,8 @@ constexpr double kSame = 0.02;  ///< m; depths that differ by less are of the pl
 constexpr double kShare = 0.8, kNoise = 2;
 constexpr double kLeast = 0.002;  ///< m
 
-/// Mean inverse depth (1/m) about a pixel; 0: unknown or far. On a plane it is linear in the pixels, whatever its slant.
+/// Mean inverse depth (1/m) about a pixel; 0: unknown or far. On a plane it is linear in the pixels, whatever its
+/// slant.
 double inverse_depth(const DepthImage& image, double u, double v) {
   double sum = 0;
   for (const auto& [du, dv] : {std::pair{0, 0}, {1, 0}, {-1, 0}, {0, 1}, {0, -1}}) {

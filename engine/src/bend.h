@@ -7,8 +7,8 @@
 namespace handhold {
 
 /// False: the surface seen at `place` (m) is flat or hollow there, so that nothing narrower than 2 * `reach` (m) can be
-/// held by it. True when it bulges towards the sensor in some direction, when it ends nearby, or when what is seen there
-/// is not the place itself.
+/// held by it. True when it bulges towards the sensor in some direction, when it ends nearby, or when what is seen
+/// there is not the place itself.
 bool bends(const DepthImage& image, const Vector3& place, double reach);
 
 }  // namespace handhold

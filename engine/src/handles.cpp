@@ -202,7 +202,7 @@ void HandleSearch::run(const std::vector<Affordance>& affordances, std::vector<H
                              saturating(length, options_->handle_min_length));
     std::sort(members_.begin(), members_.end());
     h.affordances = members_;
-    const bool good = h.confidence >= options_->min_confidence;
+    const bool good = h.confidence >= options_->effective_min_confidence();
     for (const std::uint32_t i : members_) {
       taken_[i] = 1;
       fate[i] = good ? kInHandle : kLowConfidence;

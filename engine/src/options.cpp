@@ -150,7 +150,7 @@ void Options::validate() const {
   positive("handle_gap", handle_gap, 1, "m");
   in_range("handle_min_affordances", handle_min_affordances, 1, 1'000'000);
   in_range("handle_min_length", handle_min_length, 0, 10, "m");
-  in_range("min_confidence", min_confidence, 0, 1, "");
+  if (min_confidence) in_range("min_confidence", *min_confidence, 0, 1, "");
   in_range("threads", threads, 0, 4096);
 }
 

@@ -136,7 +136,8 @@ bool PartCheck::find_pieces(const Cylinder& c, double low, std::size_t n, double
   return true;
 }
 
-/// Fits the axis of `c` to what lies on it, each of `n` slices from `low` with its own radius; false: it is another line.
+/// Fits the axis of `c` to what lies on it, each of `n` slices from `low` with its own radius; false: it is another
+/// line.
 bool PartCheck::fit_revolution(double low, std::size_t n, Cylinder& c) {
   Cylinder fit = c;
   for (int step = 0; step < kRevolutionSteps; ++step) {

@@ -238,13 +238,13 @@ void PartSearch::run(const std::vector<Affordance>& affordances, const TileStore
   }
   for (const PartCandidate& candidate : all_) {
     const Handle& h = candidate.handle;
-    const std::uint8_t to = h.confidence < options_->min_confidence ? kLowConfidence : kInHandle;
+    const std::uint8_t to = h.confidence < options_->effective_min_confidence() ? kLowConfidence : kInHandle;
     for (const std::uint32_t i : h.affordances) fate[i] = std::max(fate[i], to);
   }
   resolve();
   handles.clear();
   for (const PartCandidate& candidate : kept_) {
-    if (candidate.handle.confidence >= options_->min_confidence) handles.push_back(candidate.handle);
+    if (candidate.handle.confidence >= options_->effective_min_confidence()) handles.push_back(candidate.handle);
   }
   if (conditions_.join_curved) join_curved(handles);
   for (const std::uint8_t f : fate) {

@@ -36,7 +36,8 @@ bool step_axis_of_revolution(const PartPoints& points, double low, double width,
     RevolutionSums& s = slice_of(i);
     const double r = distance - mean[static_cast<std::size_t>(&s - slices.data())];
     const double weight = 1 / std::max(1.0, std::fabs(r) / (2 * sigma));
-    const double e1 = points.side(i) / distance, e2 = points.ahead(i) / distance, h = (points.height(i) - middle) / kArm;
+    const double e1 = points.side(i) / distance, e2 = points.ahead(i) / distance,
+                 h = (points.height(i) - middle) / kArm;
     const double a[4] = {e1, e2, h * e1, h * e2};
     s.w += weight, s.d += weight * r;
     for (int j = 0, k = 0; j < 4; ++j) {

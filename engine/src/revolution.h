@@ -13,7 +13,7 @@ namespace handhold {
 inline constexpr double kLeastOfSlice = 5;
 
 struct RevolutionSums {
-  double w = 0, d = 0;                          ///< points; sum of their distances from the axis (m)
+  double w = 0, d = 0;                        ///< points; sum of their distances from the axis (m)
   double a[4] = {}, aa[10] = {}, ad[4] = {};  ///< of the derivatives, their products, and those with the distance
 };
 

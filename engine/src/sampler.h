@@ -24,8 +24,8 @@ class Sampler {
   /// ten equal rounds, the last one with the remainder.
   static std::vector<int> rounds(const Options& options);
 
-  /// Takes the points of a frame. With a workspace, only points inside are drawn; with an image, uniform draws pass over
-  /// points whose surroundings are flat or hollow.
+  /// Takes the points of a frame. With a workspace, only points inside are drawn; with an image, uniform draws pass
+  /// over points whose surroundings are flat or hollow.
   void begin(const TileStore& tiles, const NeighbourIndex& index, const DepthImage* image = nullptr);
   /// Number of points that can be drawn; 0: no sample is possible.
   std::size_t points() const { return options_->workspace ? inside_.size() : tiles_->finite_points(); }

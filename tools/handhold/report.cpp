@@ -85,7 +85,7 @@ std::vector<StepCount> affordance_steps(const Options& o, const Funnel& f) {
        "raise --samples; the part is short, of several pieces, or beside space that was not seen"},
       {f.too_short, "stood in a row too short for a handle", setting("handle_min_length", o.handle_min_length, "m"),
        "lower --handle-min-length, or raise --handle-gap or --samples"},
-      {f.low_confidence, "belonged to handles of low confidence", setting("min_confidence", o.min_confidence),
+      {f.low_confidence, "belonged to handles of low confidence", setting("min_confidence", o.effective_min_confidence()),
        "lower --min-confidence"},
   };
 }

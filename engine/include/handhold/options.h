@@ -74,13 +74,15 @@ struct Options {
   double handle_gap = 0.015;        ///< m; a longer stretch without affordances along the axis ends a handle
   int handle_min_affordances = 3;   ///< aligned affordances that a handle needs, >= 1
   double handle_min_length = 0.02;  ///< m; extent along the axis that a handle needs
-  double min_confidence = 0.5;      ///< 0..1; handles below it are left out; with the paper's method all that meet the
-                                    ///< minima above have 0.5 or more
+  /// 0..1; handles below it are left out; default: 0.65, with the paper's method 0. A hand that closes on nothing is
+  /// worse than a part that is passed over.
+  std::optional<double> min_confidence;
   // Running
   int threads = 0;  ///< 0: the caller's TBB arena as it is; otherwise an arena of that many, or
                     ///< of as many as tbb::global_control allows when the localizer is made
 
   /// largest radius of curvature worth a look (m)
+  double effective_min_confidence() const { return min_confidence.value_or(method == Method::kDefault ? 0.65 : 0); }
   double effective_reach() const { return reach ? *reach : 1.25 * hand_aperture / 2; }
   /// radii of the neighbourhoods (m)
   std::vector<double> effective_radius() const {
@@ -146,7 +148,8 @@ void visit_options(O& o, Visitor&& visit) {
   visit(o.handle_min_affordances,
         OptionInfo{"handle_min_affordances", "", "aligned affordances that a handle needs (1 or more)"});
   visit(o.handle_min_length, OptionInfo{"handle_min_length", "m", "extent along the axis that a handle needs"});
-  visit(o.min_confidence, OptionInfo{"min_confidence", "", "0 to 1: handles below it are left out"});
+  visit(o.min_confidence, OptionInfo{"min_confidence", "",
+                                     "0 to 1: handles below it are left out; default 0.65, 0 with the paper's method"});
   visit(o.threads, OptionInfo{"threads", "", "threads to use; 0: all"});
 }
 
