@@ -79,11 +79,14 @@ std::vector<Case> all_cases(const Options& standard, const Usual& usual) {
   without("no straps by their outline", &C::straps);
   without("no evidence from the outline", &C::outline);
   without("radius profile not cut", &C::cut_profile);
+  without("no axis of revolution", &C::revolution);
   add("no normals in the verdict", [&](O&, C& c) { c.normal_error = usual.normal_error; });
   add("no corner gain", [&](O&, C& c) { c.corner_gain = usual.corner_gain; });
   without("pieces not continued", &C::continue_parts);
   without("curves not joined", &C::join_curved);
   add("every confidence", [](O& o, C&) { o.min_confidence = 0; });
+  add("confidence 0.5", [](O& o, C&) { o.min_confidence = 0.5; });
+  without("samples on flat places, too", &C::pass_flat);
   add("uniform samples", [](O& o, C&) { o.strategy = Strategy::kUniform; });
   add("half the samples", [](O& o, C&) { o.samples = std::max(1, o.samples / 2); });
   add("twice the samples", [](O& o, C&) { o.samples *= 2; });

@@ -424,7 +424,7 @@ void PartCheck::run(const PartGroup& group, const std::vector<Affordance>& affor
   // A fit to several pieces of different radii tilts the axis, which hides the steps between them; one that lets every
   // slice have its own radius does not.
   Cylinder revolution = c;
-  if (conditions_.cut_profile) fit_revolution(low, n, revolution);
+  if (conditions_.cut_profile && conditions_.revolution) fit_revolution(low, n, revolution);
   if (!find_pieces(revolution, low, n, kPiecePenalty)) return;
   if (pieces_.size() > 1) c = revolution;
   const bool cut = pieces_.size() > 1;

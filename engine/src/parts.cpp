@@ -25,6 +25,7 @@ constexpr double kReach = 0.25;       ///< m; members lie within this of the see
 constexpr double kCosContinue = 0.9396926207859084;              ///< 20 degrees
 constexpr double kOffsetContinue = 0.6;                          ///< of the smaller radius
 constexpr double kSameRadiusShare = 0.13, kSameRadius = 0.0008;  ///< m; a larger step is where a part ends
+constexpr double kSameRadiusSigmas = 0.5;                        ///< more where the sensor is less sure
 constexpr double kStepShare = 0.10, kStep = 0.0025;              ///< where a step was seen
 constexpr double kLikely = 0.5;        ///< confidence of what keeps the pieces on its two sides apart
 constexpr double kStepGap = 0.02;      ///< m; between two steps
@@ -50,8 +51,10 @@ bool continues(const PartCandidate& first, const PartCandidate& second) {
   const bool step_h = beyond == same_way ? second.ends_low : second.ends_high, step = step_g || step_h;
   if (step_g && step_h && gap > kStepGap) return false;
   const bool within = std::fabs(along) < 0.5 * g.length;
-  const double larger = std::max(g.radius, h.radius), same = kSameRadiusShare * larger + kSameRadius;
-  const double most = step && !within ? std::min(same, std::max(kStepShare * larger, kStep)) : same;
+  const double larger = std::max(g.radius, h.radius), sigma = std::max(first.evidence.sigma, second.evidence.sigma);
+  const double same = kSameRadiusShare * larger + kSameRadius + kSameRadiusSigmas * sigma;
+  const double most =
+      step && !within ? std::min(same, std::max(kStepShare * larger, kStep + kSameRadiusSigmas * sigma)) : same;
   return std::fabs(g.radius - h.radius) <= most;
 }
 
