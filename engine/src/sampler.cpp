@@ -106,16 +106,25 @@ std::uint64_t cell_key(std::int64_t x, std::int64_t y, std::int64_t z) {
 }  // namespace
 
 void Sampler::set_centres(const std::vector<Vector3>& centres) {
+  // Most often some are added to those of the last time, which are in order already.
+  const std::size_t known = entries_.size() == centres_.size() && centres_.size() <= centres.size() &&
+                                    std::equal(centres_.begin(), centres_.end(), centres.begin())
+                                ? centres_.size()
+                                : 0;
   centres_ = centres;
-  entries_.clear();
+  entries_.resize(known);
   if (options_->strategy != Strategy::kMax || centres.empty()) return;
   const double size = kCellSigmas * options_->effective_proposal_sigma();
-  for (std::uint32_t i = 0; i < centres.size(); ++i) {
+  for (auto i = static_cast<std::uint32_t>(known); i < centres.size(); ++i) {
     const Vector3& c = centres[i];
     entries_.push_back({cell_key(cell_of(c[0], size), cell_of(c[1], size), cell_of(c[2], size)), i, c});
   }
-  std::sort(entries_.begin(), entries_.end(),
-            [](const Entry& a, const Entry& b) { return a.cell != b.cell ? a.cell < b.cell : a.centre < b.centre; });
+  const auto before = [](const Entry& a, const Entry& b) {
+    return a.cell != b.cell ? a.cell < b.cell : a.centre < b.centre;
+  };
+  const auto added = entries_.begin() + static_cast<std::ptrdiff_t>(known);
+  std::sort(added, entries_.end(), before);
+  std::inplace_merge(entries_.begin(), added, entries_.end(), before);
   entry_of_.resize(centres.size());
   double farthest = 0;
   for (std::size_t k = 0; k < 3; ++k) rough_[k].assign(entries_.size() + 15, 0.0f);
