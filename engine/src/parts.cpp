@@ -264,12 +264,15 @@ void PartSearch::run(const std::vector<Affordance>& affordances, const TileStore
   found_.resize(std::max(found_.size(), groups_.size()));
   for (std::vector<PartCandidate>& found : found_) found.clear();
   for (PartCheck& check : checks_) check.begin(*options_, tiles, index, image, conditions_);
-  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, groups_.size(), 1), [&](const auto& range) {
-    bool exists = false;
-    PartCheck& check = checks_.local(exists);
-    if (!exists) check.begin(*options_, tiles, index, image, conditions_);
-    for (std::size_t g = range.begin(); g < range.end(); ++g) check.run(groups_[g], affordances, found_[g]);
-  });
+  tbb::parallel_for(
+      tbb::blocked_range<std::size_t>(0, groups_.size(), 1),
+      [&](const auto& range) {
+        bool exists = false;
+        PartCheck& check = checks_.local(exists);
+        if (!exists) check.begin(*options_, tiles, index, image, conditions_);
+        for (std::size_t g = range.begin(); g < range.end(); ++g) check.run(groups_[g], affordances, found_[g]);
+      },
+      tbb::simple_partitioner());
   std::vector<std::uint8_t> fate(affordances.size(), kNotAligned);
   all_.clear();
   for (std::size_t g = 0; g < groups_.size(); ++g) {
