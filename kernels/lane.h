@@ -197,7 +197,7 @@ LANE_FN F16 reduce_rows(const float (*rows)[16]) {
 }
 #endif
 
-#if !defined(HANDHOLD_ISA_AVX512)
+#if !defined(HANDHOLD_ISA_AVX512) && !defined(HANDHOLD_ISA_AVX2)
 /// Appends base + t for every set bit t of a 16-bit mask; may write 16 entries. Returns the number of bits.
 LANE_FN int append_bits(std::uint32_t* list, std::uint32_t mask, std::uint32_t base) {
   int n = 0;
@@ -217,7 +217,9 @@ LANE_FN int append_selected(std::uint32_t* list, std::uint32_t mask, const std::
   }
   return n;
 }
+#endif
 
+#if !defined(HANDHOLD_ISA_AVX512)
 /// to[0..15] += the lanes of a, in double.
 LANE_FN void add_to_doubles(double* to, F16 a) {
   alignas(64) float lanes[16];

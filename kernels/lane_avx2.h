@@ -23,6 +23,14 @@ struct Mask<double, 4> {
   friend LANE_FN bool any(Mask a) { return _mm256_movemask_pd(a.m) != 0; }
 };
 
+/// Numbers of the set bits of eight, ascending, and numbers without meaning behind them.
+LANE_FN __m256i set_bits(std::uint32_t b) {
+  // The index of the n-th set bit, as eight bytes, comes from two bit instructions instead of a table.
+  const std::uint64_t spread = _pdep_u64(b, 0x0101010101010101ull) * 0xff;
+  const std::uint64_t index = _pext_u64(0x0706050403020100ull, spread);
+  return _mm256_cvtepu8_epi32(_mm_cvtsi64_si128(static_cast<long long>(index)));
+}
+
 template <>
 struct Vec<float, 8> {
   using M = Mask<float, 8>;
@@ -71,12 +79,8 @@ struct Vec<float, 8> {
     return _mm256_i32gather_ps(p, index, 4);
   }
   friend LANE_FN int compress_store(float* p, M m, Vec a) {
-    // The index of the n-th set bit, as eight bytes, comes from two bit instructions instead of a table.
     const std::uint32_t b = bits(m);
-    const std::uint64_t spread = _pdep_u64(b, 0x0101010101010101ull) * 0xff;
-    const std::uint64_t index = _pext_u64(0x0706050403020100ull, spread);
-    const __m256i permutation = _mm256_cvtepu8_epi32(_mm_cvtsi64_si128(static_cast<long long>(index)));
-    _mm256_storeu_ps(p, _mm256_permutevar8x32_ps(a.v, permutation));
+    _mm256_storeu_ps(p, _mm256_permutevar8x32_ps(a.v, set_bits(b)));
     return __builtin_popcount(b);
   }
 };
@@ -109,6 +113,28 @@ struct Vec<double, 4> {
   friend LANE_FN M operator>=(Vec a, Vec b) { return {_mm256_cmp_pd(a.v, b.v, _CMP_GE_OQ)}; }
   friend LANE_FN Vec select(M m, Vec a, Vec b) { return _mm256_blendv_pd(b.v, a.v, m.m); }
 };
+
+/// Appends base + t for every set bit t of a 16-bit mask; may write 16 entries. Returns the number of bits.
+LANE_FN int append_bits(std::uint32_t* list, std::uint32_t mask, std::uint32_t base) {
+  const std::uint32_t low = mask & 0xff, high = mask >> 8;
+  const int n = __builtin_popcount(low);
+  const __m256i first = _mm256_set1_epi32(static_cast<int>(base)),
+                second = _mm256_set1_epi32(static_cast<int>(base + 8));
+  _mm256_storeu_si256(reinterpret_cast<__m256i*>(list), _mm256_add_epi32(first, set_bits(low)));
+  _mm256_storeu_si256(reinterpret_cast<__m256i*>(list + n), _mm256_add_epi32(second, set_bits(high)));
+  return n + __builtin_popcount(high);
+}
+
+/// Appends ids[t] for every set bit t of a 16-bit mask; may write 16 entries. Returns the number of bits.
+LANE_FN int append_selected(std::uint32_t* list, std::uint32_t mask, const std::uint32_t* ids) {
+  const std::uint32_t low = mask & 0xff, high = mask >> 8;
+  const int n = __builtin_popcount(low);
+  const __m256i first = _mm256_loadu_si256(reinterpret_cast<const __m256i*>(ids));
+  const __m256i second = _mm256_loadu_si256(reinterpret_cast<const __m256i*>(ids + 8));
+  _mm256_storeu_si256(reinterpret_cast<__m256i*>(list), _mm256_permutevar8x32_epi32(first, set_bits(low)));
+  _mm256_storeu_si256(reinterpret_cast<__m256i*>(list + n), _mm256_permutevar8x32_epi32(second, set_bits(high)));
+  return n + __builtin_popcount(high);
+}
 
 /// The sums of sixteen rows, each over its sixteen lanes in the tree of reduce_add. rows: 64-byte aligned.
 LANE_FN Vec<float, 16> reduce_rows(const float (*rows)[16]) {

@@ -2,6 +2,7 @@
 #include "handhold/localizer.h"
 
 #include <tbb/global_control.h>
+#include <tbb/parallel_invoke.h>
 #include <tbb/task_arena.h>
 
 #include <algorithm>
@@ -119,18 +120,38 @@ struct Localizer::Impl {
   void localize(const CloudView& cloud, Result& result) {
     const auto start = Clock::now();
     looked_at = 0;
-    if (!take(cloud, result)) return;
-    layers.take(tiles, *index);
-    if (options.method == Method::kDefault) layers.thin(cloud);
-    const auto indexed = Clock::now();
-    result.times_ms.index = milliseconds(start, indexed);
+    image.clear();
+    const bool default_method = options.method == Method::kDefault;
+    bool taken = false;
+    double indexing = 0, seeing = 0;
+    const auto index_points = [&] {
+      const auto before = Clock::now();
+      taken = take(cloud, result);
+      if (taken) {
+        layers.take(tiles, *index);
+        if (default_method) layers.thin(cloud);
+      }
+      indexing = milliseconds(before, Clock::now());
+    };
+    const auto see = [&] {
+      const auto before = Clock::now();
+      image.build(cloud, conditions);
+      seeing = milliseconds(before, Clock::now());
+    };
+    // Side by side: some parts of both take one thread only.
+    if (default_method) {
+      tbb::parallel_invoke(index_points, see);
+    } else {
+      index_points();
+    }
+    if (!taken) return;
 
     double sampling = 0;
-    image.clear();
-    if (options.method == Method::kDefault) image.build(cloud, conditions);
     sampler.begin(tiles, *index, conditions.pass_flat ? &image : nullptr);
-    result.times_ms.visibility = milliseconds(indexed, Clock::now());
     const auto prepared = Clock::now();
+    // Steps that run side by side share the wall-clock time of their common section as they share its work.
+    const double both = milliseconds(start, prepared) / std::max(1e-9, indexing + seeing);
+    result.times_ms.index = both * indexing, result.times_ms.visibility = both * seeing;
     search.begin(layers, cloud.viewpoint, &image);
     if (sampler.points() == 0) {
       result.status = Status::kTooFewPoints;
@@ -158,7 +179,7 @@ struct Localizer::Impl {
       looked_at = first;
       finish(first, result);
     }
-    // Steps that run side by side share the wall-clock time of their common section as they share its work.
+    // Here, too, the steps share the wall-clock time as they share the work.
     const auto searched = Clock::now();
     StageTimes& t = result.times_ms;
     const StepSeconds s = search.seconds();

@@ -128,6 +128,39 @@ bool takes(PartCandidate& g, const PartCandidate& h, const std::vector<PartCandi
   return true;
 }
 
+/// Position, axis and radius of affordances, in single precision, as separate arrays.
+struct Rows {
+  std::vector<float> x, y, z, ax, ay, az, radius;
+  explicit Rows(const std::vector<Affordance>& affordances) {
+    for (const Affordance& a : affordances) {
+      const auto add = [](std::vector<float>& to, double value) { to.push_back(static_cast<float>(value)); };
+      add(x, a.center[0]), add(y, a.center[1]), add(z, a.center[2]);
+      add(ax, a.axis[0]), add(ay, a.axis[1]), add(az, a.axis[2]);
+      add(radius, a.radius);
+    }
+  }
+};
+
+/// Which of them may be members of the seed's group, where single precision is wrong by less than `slack` (m). A loop
+/// on arrays that share no memory: the compiler takes several at a time.
+void may_be_members(const Rows& rows, std::size_t seed, float slack, std::int32_t* __restrict out) {
+  const float* __restrict x = rows.x.data(), * __restrict y = rows.y.data(), * __restrict z = rows.z.data();
+  const float* __restrict ax = rows.ax.data(), * __restrict ay = rows.ay.data(), * __restrict az = rows.az.data();
+  const float* __restrict radius = rows.radius.data();
+  const float x0 = x[seed], y0 = y[seed], z0 = z[seed], ux = ax[seed], uy = ay[seed], uz = az[seed], r0 = radius[seed];
+  const float reach = static_cast<float>(kReach) + slack, cosine = static_cast<float>(kCosAlign) - 1e-5f;
+  const float offset = static_cast<float>(kOffsetShare) * r0 + static_cast<float>(kOffset) + slack;
+  const float change = static_cast<float>(kRadiusShare) * r0 + static_cast<float>(kRadius) + slack;
+  const float offset2 = offset * offset;
+  for (std::size_t i = 0; i < rows.x.size(); ++i) {
+    const float dx = x[i] - x0, dy = y[i] - y0, dz = z[i] - z0;
+    const float along = dx * ux + dy * uy + dz * uz;
+    const float bx = dx - along * ux, by = dy - along * uy, bz = dz - along * uz;
+    out[i] = (std::fabs(along) <= reach) & (std::fabs(ax[i] * ux + ay[i] * uy + az[i] * uz) >= cosine) &
+             (bx * bx + by * by + bz * bz <= offset2) & (std::fabs(radius[i] - r0) <= change);
+  }
+}
+
 }  // namespace
 
 /// Of parts on the same place the likeliest one stays; pieces of one part become one.
@@ -173,11 +206,18 @@ void PartSearch::make_groups(const std::vector<Affordance>& affordances) {
   });
   const auto least = static_cast<std::size_t>(options_->handle_min_affordances);
   std::vector<std::pair<double, std::uint32_t>> members;
+  const Rows rows(affordances);
+  double farthest = 0;
+  for (const Affordance& a : affordances) farthest = std::max(farthest, norm(a.center));
+  const auto slack = static_cast<float>(1e-5 + 0x1p-20 * farthest);
+  std::vector<std::int32_t> near(n);
   for (const std::uint32_t seed : order) {
     if (uses[seed] >= kMostUses) continue;
     const Affordance& s = affordances[seed];
     members.clear();
+    may_be_members(rows, seed, slack, near.data());
     for (std::uint32_t j = 0; j < n; ++j) {
+      if (!near[j]) continue;
       const Affordance& a = affordances[j];
       const Vector3 d = a.center - s.center;
       const double along = dot(d, s.axis);
@@ -231,12 +271,15 @@ void PartSearch::run(const std::vector<Affordance>& affordances, const TileStore
   found_.resize(std::max(found_.size(), groups_.size()));
   for (std::vector<PartCandidate>& found : found_) found.clear();
   for (PartCheck& check : checks_) check.begin(*options_, tiles, index, image, conditions_);
-  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, groups_.size(), 1), [&](const auto& range) {
-    bool exists = false;
-    PartCheck& check = checks_.local(exists);
-    if (!exists) check.begin(*options_, tiles, index, image, conditions_);
-    for (std::size_t g = range.begin(); g < range.end(); ++g) check.run(groups_[g], affordances, found_[g]);
-  });
+  tbb::parallel_for(
+      tbb::blocked_range<std::size_t>(0, groups_.size(), 1),
+      [&](const auto& range) {
+        bool exists = false;
+        PartCheck& check = checks_.local(exists);
+        if (!exists) check.begin(*options_, tiles, index, image, conditions_);
+        for (std::size_t g = range.begin(); g < range.end(); ++g) check.run(groups_[g], affordances, found_[g]);
+      },
+      tbb::simple_partitioner());
   std::vector<std::uint8_t> fate(affordances.size(), kNotAligned);
   all_.clear();
   for (std::size_t g = 0; g < groups_.size(); ++g) {

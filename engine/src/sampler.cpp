@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 
 #include "bend.h"
 #include "kernels.h"
@@ -20,6 +21,8 @@ constexpr int kTries = 100;
 constexpr int kRounds = 10;
 /// Points that a uniform draw passes over at most.
 constexpr int kFlatTries = 16;
+/// Uniform draws that are made side by side.
+constexpr int kUniformAtOnce = 32;
 /// Streams of the random numbers: a round's uniform draws and its proposals do not share one.
 constexpr std::uint64_t uniform_stream(int round) {
   return 2 * static_cast<std::uint64_t>(round);
@@ -74,18 +77,35 @@ void Sampler::begin(const TileStore& tiles, const NeighbourIndex& index, const D
   }
 }
 
-void Sampler::draw_uniform(int round, int sample, float* xyz) const {
-  CounterRandom random(options_->seed, uniform_stream(round), static_cast<std::uint64_t>(sample));
-  for (int attempt = 0; attempt < (image_ ? kFlatTries : 1); ++attempt) {
-    const std::uint64_t i = random.below(points());
-    tiles_->finite_point(options_->workspace ? inside_[i] : i, xyz);
-    if (image_ && bends(*image_, to_double(xyz), options_->effective_reach())) return;
+/// At most kUniformAtOnce samples in a row.
+void Sampler::draw_uniform(int round, int sample, int n, float* xyz) const {
+  std::array<std::optional<CounterRandom>, kUniformAtOnce> random;
+  std::array<int, kUniformAtOnce> left{};
+  for (int i = 0; i < n; ++i) {
+    random[static_cast<std::size_t>(i)].emplace(options_->seed, uniform_stream(round),
+                                                static_cast<std::uint64_t>(sample + i));
+    left[static_cast<std::size_t>(i)] = i;
+  }
+  const double reach = options_->effective_reach();
+  for (int attempt = 0; attempt < (image_ ? kFlatTries : 1) && n > 0; ++attempt) {
+    // All points first: they are far apart in memory, and the machine fetches several at a time.
+    for (int k = 0; k < n; ++k) {
+      const auto i = static_cast<std::size_t>(left[static_cast<std::size_t>(k)]);
+      const std::uint64_t rank = random[i]->below(points());
+      tiles_->finite_point(options_->workspace ? inside_[rank] : rank, xyz + 3 * i);
+    }
+    if (!image_) return;
+    const auto end = std::remove_if(left.begin(), left.begin() + n,
+                                    [&](int i) { return bends(*image_, to_double(xyz + 3 * i), reach); });
+    n = static_cast<int>(end - left.begin());
   }
 }
 
 void Sampler::uniform(int round, int n, float* xyz) const {
-  tbb::parallel_for(tbb::blocked_range<int>(0, n, 1024), [&](const auto& range) {
-    for (int i = range.begin(); i < range.end(); ++i) draw_uniform(round, i, xyz + 3 * i);
+  tbb::parallel_for(tbb::blocked_range<int>(0, n, 4 * kUniformAtOnce), [&](const auto& range) {
+    for (int i = range.begin(); i < range.end(); i += kUniformAtOnce) {
+      draw_uniform(round, i, std::min(kUniformAtOnce, range.end() - i), xyz + 3 * i);
+    }
   });
 }
 
@@ -106,16 +126,25 @@ std::uint64_t cell_key(std::int64_t x, std::int64_t y, std::int64_t z) {
 }  // namespace
 
 void Sampler::set_centres(const std::vector<Vector3>& centres) {
+  // Most often some are added to those of the last time, which are in order already.
+  const std::size_t known = entries_.size() == centres_.size() && centres_.size() <= centres.size() &&
+                                    std::equal(centres_.begin(), centres_.end(), centres.begin())
+                                ? centres_.size()
+                                : 0;
   centres_ = centres;
-  entries_.clear();
+  entries_.resize(known);
   if (options_->strategy != Strategy::kMax || centres.empty()) return;
   const double size = kCellSigmas * options_->effective_proposal_sigma();
-  for (std::uint32_t i = 0; i < centres.size(); ++i) {
+  for (auto i = static_cast<std::uint32_t>(known); i < centres.size(); ++i) {
     const Vector3& c = centres[i];
     entries_.push_back({cell_key(cell_of(c[0], size), cell_of(c[1], size), cell_of(c[2], size)), i, c});
   }
-  std::sort(entries_.begin(), entries_.end(),
-            [](const Entry& a, const Entry& b) { return a.cell != b.cell ? a.cell < b.cell : a.centre < b.centre; });
+  const auto before = [](const Entry& a, const Entry& b) {
+    return a.cell != b.cell ? a.cell < b.cell : a.centre < b.centre;
+  };
+  const auto added = entries_.begin() + static_cast<std::ptrdiff_t>(known);
+  std::sort(added, entries_.end(), before);
+  std::inplace_merge(entries_.begin(), added, entries_.end(), before);
   entry_of_.resize(centres.size());
   double farthest = 0;
   for (std::size_t k = 0; k < 3; ++k) rough_[k].assign(entries_.size() + 15, 0.0f);
@@ -284,7 +313,7 @@ void Sampler::propose(int round, int n, float* xyz) {
       Proposal& p = proposals_[static_cast<std::size_t>(i)];
       if (next(round, i, 0, p)) continue;
       p.attempt = kTries;
-      draw_uniform(round, i, xyz + 3 * i);
+      draw_uniform(round, i, 1, xyz + 3 * i);
     }
   });
   const auto none = [](const Proposal& p) { return p.attempt == kTries; };
@@ -311,7 +340,7 @@ void Sampler::propose(int round, int n, float* xyz) {
           s.run.assign(1, p);
           snap(s.run, s, xyz);
         }
-        if (!s.run.empty()) draw_uniform(round, p.sample, xyz + 3 * p.sample);
+        if (!s.run.empty()) draw_uniform(round, p.sample, 1, xyz + 3 * p.sample);
       }
     }
   });

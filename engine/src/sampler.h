@@ -50,7 +50,7 @@ class Sampler {
   Draw draw(int round, int sample, int attempt) const;
 
  private:
-  void draw_uniform(int round, int sample, float* xyz) const;
+  void draw_uniform(int round, int sample, int n, float* xyz) const;
   /// Draws in a row of one sample.
   static constexpr int kDraws = 8;
   struct Some {

@@ -196,19 +196,24 @@ void Search::run(const float* xyz, std::uint32_t n, std::uint32_t first, Step* s
   make_tasks(n);
   std::fill(steps, steps + n, Step::kTooFewPoints);
   for (Scratch& s : scratch_) s.found.clear();
-  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, tasks_.size() - 1, 1), [&](const auto& range) {
-    Scratch& s = scratch_.local();
-    for (std::size_t t = range.begin(); t < range.end(); ++t) run_task(tasks_[t], tasks_[t + 1], steps, s);
-  });
-  merged_.clear();
-  for (const Scratch& s : scratch_) merged_.insert(merged_.end(), s.found.begin(), s.found.end());
+  tbb::parallel_for(
+      tbb::blocked_range<std::size_t>(0, tasks_.size() - 1, 1),
+      [&](const auto& range) {
+        Scratch& s = scratch_.local();
+        for (std::size_t t = range.begin(); t < range.end(); ++t) run_task(tasks_[t], tasks_[t + 1], steps, s);
+      },
+      tbb::simple_partitioner());
   // In the order of the samples; of several radii the one whose quadric fits best for its size explains the place.
-  std::sort(merged_.begin(), merged_.end(), [](const Found& a, const Found& b) {
-    return std::tie(a.affordance.sample, a.residual, a.scale) < std::tie(b.affordance.sample, b.residual, b.scale);
-  });
-  for (std::size_t i = 0; i < merged_.size(); ++i) {
-    if (i > 0 && merged_[i].affordance.sample == merged_[i - 1].affordance.sample) continue;
-    found.push_back(merged_[i].affordance);
+  best_.assign(n, nullptr);
+  for (const Scratch& s : scratch_) {
+    for (const Found& f : s.found) {
+      const Found*& best = best_[f.affordance.sample];
+      if (!best || std::tie(f.residual, f.scale) < std::tie(best->residual, best->scale)) best = &f;
+    }
+  }
+  for (const Found* best : best_) {
+    if (!best) continue;
+    found.push_back(best->affordance);
     found.back().sample += first;
   }
 }

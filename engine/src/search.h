@@ -125,7 +125,7 @@ class Search {
   AlignedArray<std::uint32_t> number_;  ///< sorted order -> sample
   std::vector<Group> groups_;
   std::vector<std::size_t> tasks_;  ///< the first group of each, and the end
-  std::vector<Found> merged_;
+  std::vector<const Found*> best_;  ///< of each sample; null: none
   tbb::enumerable_thread_specific<Scratch> scratch_;
 };
 
