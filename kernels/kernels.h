@@ -157,12 +157,12 @@ struct FreeQuery {
   float tolerance;     ///< m; what was seen counts as behind a place beyond this
 };
 
-/// A place of a depth image, eight directions with their opposites, and what counts as a step there.
+/// A place of a depth image, sixteen directions, and what counts as a step there.
 struct RayQuery {
   const float* depth;                 ///< [height][width] m; infinity: nothing there; 0: unknown
   std::int32_t width, height;         ///< px; at most 2^31 pixels, at least one
   float column, row;                  ///< px; of pixel (i, j) are [i, i + 1) and [j, j + 1)
-  float out_column[16], out_row[16];  ///< px; one step in each direction; i + 8 is opposite to i
+  float out_column[16], out_row[16];  ///< px; one step in each direction
   float jump;                         ///< m; neighbouring depths of one surface differ by up to this
   std::int32_t most;                  ///< steps
 };
@@ -241,11 +241,9 @@ struct Kernels {
   /// 16; those before `first` stay.
   void (*free_places)(const FreeQuery& query, float* free);
 
-  /// The first of the eight directions in which the least lies between the ends of the place's surface, there and in
-  /// the opposite direction, and how many steps that is; -1: it does not end in both, or is wider than query.most. It
-  /// ends at a farther surface, half a step before the first pixel beyond; where something nearer or unknown comes
-  /// first it does not.
-  std::int32_t (*narrowest)(const RayQuery& query, float* width);
+  /// Steps from the place to where its surface ends at a farther one, half of one before the first pixel beyond, in
+  /// each of the sixteen directions; -1: it does not, or something nearer or unknown comes first.
+  void (*ray_ends)(const RayQuery& query, float* ends);
 
   /// Of n points (unaligned arrays; 15 floats behind the last one are read and ignored) the kTurns least and largest
   /// turns about the axis, from the outermost on; 3 and -3 where there are not so many. A turn rises with the angle

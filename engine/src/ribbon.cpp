@@ -95,6 +95,7 @@ bool find_ribbon(const DepthImage& image, const Vector3& sample, Cylinder& ribbo
   if (most < 3) return false;
   const Strip strip(image, depth_step(depth_noise(z0)));
   double u = p.a / z0 + 0.5, v = p.b / z0 + 0.5;
+  double least = most + 1.0, du = 0, dv = 0;
   if (!strip.may_end(u, v, most)) return false;
   kernels::RayQuery rays{};
   rays.depth = image.pixels(), rays.width = image.width(), rays.height = image.height();
@@ -102,12 +103,15 @@ bool find_ribbon(const DepthImage& image, const Vector3& sample, Cylinder& ribbo
   std::copy(kFan.column.begin(), kFan.column.end(), rays.out_column);
   std::copy(kFan.row.begin(), kFan.row.end(), rays.out_row);
   rays.jump = static_cast<float>(depth_step(depth_noise(z0))), rays.most = most;
-  float width_there = 0;
-  const int direction = kernels::kernels().narrowest(rays, &width_there);
-  const double least = static_cast<double>(width_there);
-  if (direction < 0 || least > most || least < kNarrowest) return false;
-  const double du = static_cast<double>(kFan.column[static_cast<std::size_t>(direction)]);
-  const double dv = static_cast<double>(kFan.row[static_cast<std::size_t>(direction)]);
+  float ends[2 * kDirections];
+  kernels::kernels().ray_ends(rays, ends);
+  for (std::size_t k = 0; k < kDirections; ++k) {
+    const float right = ends[k], left = ends[kDirections + k];
+    if (right < 0 || left < 0 || static_cast<double>(left + right) >= least) continue;
+    least = static_cast<double>(left + right);
+    du = static_cast<double>(kFan.column[k]), dv = static_cast<double>(kFan.row[k]);
+  }
+  if (least > most || least < kNarrowest) return false;
 
   // Along the strip, each time from the middle of the last look across.
   struct Station {
