@@ -70,8 +70,9 @@ double probability(const Weights& w, const std::array<double, kFeatures>& x) {
   return 1 / (1 + std::exp(-sum));
 }
 
-/// Logistic regression by Newton's method; a ridge keeps weights small that the examples do not ask for.
-Weights fit(const std::vector<Example>& examples, double ridge) {
+/// Logistic regression by Newton's method; a ridge keeps weights small that the examples do not ask for. The feature
+/// `without` (an index; negative: none) gets no weight.
+Weights fit_without(const std::vector<Example>& examples, double ridge, int without) {
   Weights w = Weights::Zero();
   for (int step = 0; step < 50; ++step) {
     Eigen::Matrix<double, kFeatures, kFeatures> H = ridge * Eigen::Matrix<double, kFeatures, kFeatures>::Identity();
@@ -84,11 +85,18 @@ Weights fit(const std::vector<Example>& examples, double ridge) {
       g += (e.right - p) * x;
       H += p * (1 - p) * x * x.transpose();
     }
+    if (without >= 0) g[without] = 0, H.row(without).setZero(), H.col(without).setZero(), H(without, without) = 1;
     const Weights d = H.ldlt().solve(g);
     w += d;
     if (d.norm() < 1e-8) break;
   }
   return w;
+}
+
+/// A finger with less free space never speaks for a handle: where the examples have it so by chance, it says nothing.
+Weights fit(const std::vector<Example>& examples, double ridge) {
+  const Weights w = fit_without(examples, ridge, -1);
+  return w[kUnfreeFeature] > 0 ? fit_without(examples, ridge, kUnfreeFeature) : w;
 }
 
 double log_loss(const Weights& w, const std::vector<Example>& examples) {

@@ -30,6 +30,7 @@ struct Evidence {
 };
 
 constexpr std::size_t kFeatures = 39;
+constexpr int kUnfreeFeature = 5;  ///< the one that grows as `free` falls
 /// The model's inputs, of about unit size.
 std::array<double, kFeatures> features(const Evidence& evidence);
 /// 0..1
