@@ -79,7 +79,6 @@ std::vector<Case> all_cases(const Options& standard, const Usual& usual) {
   without("no straps by their outline", &C::straps);
   without("no evidence from the outline", &C::outline);
   without("radius profile not cut", &C::cut_profile);
-  without("no axis of revolution", &C::revolution);
   add("no normals in the verdict", [&](O&, C& c) { c.normal_error = usual.normal_error; });
   add("no corner gain", [&](O&, C& c) { c.corner_gain = usual.corner_gain; });
   without("pieces not continued", &C::continue_parts);

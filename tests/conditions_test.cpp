@@ -58,7 +58,6 @@ TEST(Conditions, EachOneOffChangesWhatIsFound) {
                                                              {"refit", &C::refit},
                                                              {"filter_normals", &C::filter_normals},
                                                              {"cut_profile", &C::cut_profile},
-                                                             {"revolution", &C::revolution},
                                                              {"pass_flat", &C::pass_flat},
                                                              {"continue_parts", &C::continue_parts},
                                                              {"join_curved", &C::join_curved}};

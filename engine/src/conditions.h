@@ -21,7 +21,6 @@ struct Conditions {
   bool refit = true;           ///< a group is fitted again to all points there
   bool filter_normals = true;  ///< points whose normal is another surface's are left out of that fit
   bool cut_profile = true;     ///< a line is cut where its radius jumps
-  bool revolution = true;      ///< the axis that the cuts are made along lets every slice have its own radius
   bool continue_parts = true;  ///< pieces of one part on one line become one
   bool join_curved = true;     ///< pieces that meet at an angle become one
   /// Evidence for the confidence that replaces what was measured; a fixed normal error (rad) also meets its limit.

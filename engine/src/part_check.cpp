@@ -14,7 +14,7 @@ constexpr std::size_t kLeastPoints = 25;
 constexpr double kMostNoise = 0.3;   ///< of the radius: in more no cross-section can be told from another
 constexpr double kThinnest = 0.004;  ///< m
 constexpr double kWidthSlack = 1.04;
-constexpr int kSteps = 10, kRevolutionSteps = 4;
+constexpr int kSteps = 10;
 // Slices.
 constexpr double kSlice = 0.005;       ///< m
 constexpr double kLeastDensity = 0.4;  ///< of the median slice
@@ -23,9 +23,8 @@ constexpr double kRmsShare = 0.06;
 constexpr double kSureCount = 10;  ///< points of a slice beyond which its radius gets no surer: their noise is alike
 /// A jump of the radius parts two pieces when it is larger than both.
 constexpr double kJump = 0.0012, kJumpShare = 0.06;  ///< m; of the radius
-constexpr double kSuspicion = 6;  ///< a piece's penalty (profile.h) where it is only asked whether there may be some
-constexpr double kLeastArc = 1.2217;       ///< rad
-constexpr double kMostNormalError = 0.55;  ///< rad
+constexpr double kLeastArc = 1.2217;                 ///< rad
+constexpr double kMostNormalError = 0.55;            ///< rad
 constexpr double kBeside = 1.8,
                  kBesideMore = 0.008;  ///< of the radius, and m; how far from its middle one looks for its end
 constexpr double kSameWidth = 0.3, kSameWidthMore = 0.0015;  ///< share and m; widths along a strap differ by less
@@ -118,7 +117,7 @@ bool PartCheck::refit(double low, double high, Cylinder& c) {
 }
 
 /// Cuts what lies on the cylinder, in `n` slices from `low`, into pieces of different radii; false: too few points.
-bool PartCheck::find_pieces(const Cylinder& c, double low, std::size_t n, double penalty) {
+bool PartCheck::find_pieces(const Cylinder& c, double low, std::size_t n) {
   if (points_.select(c, low, low + static_cast<double>(n) * kSlice) < kLeastPoints) return false;
   fill_slices(c, low, n);
   profile_.assign(n, {});
@@ -132,19 +131,8 @@ bool PartCheck::find_pieces(const Cylinder& c, double low, std::size_t n, double
     pieces_.push_back({0, n});
     return true;
   }
-  cut_profile(profile_, kSlice, std::max(kJump, kJumpShare * c.radius), penalty, profile_scratch_, pieces_);
+  cut_profile(profile_, kSlice, std::max(kJump, kJumpShare * c.radius), kPiecePenalty, profile_scratch_, pieces_);
   return true;
-}
-
-/// Fits the axis of `c` to what lies on it, each of `n` slices from `low` with its own radius; false: it is another
-/// line.
-bool PartCheck::fit_revolution(double low, std::size_t n, Cylinder& c) {
-  Cylinder fit = c;
-  for (int step = 0; step < kRevolutionSteps; ++step) {
-    if (points_.select(fit, low, low + static_cast<double>(n) * kSlice) < kLeastPoints) return false;
-    if (!step_axis_of_revolution(points_, low, kSlice, n, sigma_, revolution_, fit)) return false;
-  }
-  return adopt(fit, 0.95, 0.35 * c.radius, c);
 }
 
 /// 0: nothing was measured.
@@ -421,12 +409,7 @@ void PartCheck::run(const PartGroup& group, const std::vector<Affordance>& affor
   if (c.radius < kThinnest) return;
   low -= kExtension, high += kExtension;
   const auto n = std::max<std::size_t>(1, static_cast<std::size_t>(std::ceil((high - low) / kSlice)));
-  // A fit to several pieces of different radii tilts the axis, which hides the steps between them; one that lets every
-  // slice have its own radius does not.
-  Cylinder revolution = c;
-  if (conditions_.cut_profile && conditions_.revolution) fit_revolution(low, n, revolution);
-  if (!find_pieces(revolution, low, n, kPiecePenalty)) return;
-  if (pieces_.size() > 1) c = revolution;
+  if (!find_pieces(c, low, n)) return;
   const bool cut = pieces_.size() > 1;
   for (const ProfilePiece& piece : pieces_) {
     const double from = low + static_cast<double>(piece.first) * kSlice,

@@ -18,7 +18,6 @@
 #include "index.h"
 #include "part_points.h"
 #include "profile.h"
-#include "revolution.h"
 #include "silhouette.h"
 #include "tiles.h"
 
@@ -65,8 +64,7 @@ class PartCheck {
 
   void fill_slices(const Cylinder& c, double low, std::size_t n);
   bool refit(double low, double high, Cylinder& c);
-  bool find_pieces(const Cylinder& c, double low, std::size_t n, double penalty);
-  bool fit_revolution(double low, std::size_t n, Cylinder& c);
+  bool find_pieces(const Cylinder& c, double low, std::size_t n);
   double radius_of(const ProfilePiece& piece) const;
   enum class Kind {
     kWhole,  ///< the cylinder is as fitted
@@ -95,7 +93,6 @@ class PartCheck {
   std::vector<ProfileSlice> profile_;
   std::vector<ProfilePiece> pieces_;
   ProfileScratch profile_scratch_;
-  std::vector<RevolutionSums> revolution_;
   std::vector<std::array<double, 2>> section_;
   std::vector<std::array<double, 6>> section_sums_;
 };
