@@ -69,11 +69,11 @@ LANE_FN const float* tile_points(const kernels::Tiles& tiles, std::uint32_t tile
   return tiles.points + static_cast<std::size_t>(tile) * 48;
 }
 
-/// kernels::Kernels::collect
-LANE_FN std::int32_t collect_points(const kernels::Tiles& tiles, const kernels::Candidates& candidates,
-                                    const float* centre, float radius, float* x, float* y, float* z) {
-  const Ball ball(centre, radius);
-  std::int32_t n = 0;
+/// Visits the tiles that the ball touches, block by block: f(dx, dy, dz) with their points relative to its centre, and
+/// `after_block()` when a block's are done. It may shrink the ball for those to come.
+template <class F, class G>
+LANE_FN void for_each_tile(const kernels::Tiles& tiles, const kernels::Candidates& candidates, const Ball& ball, F&& f,
+                           G&& after_block) {
   for (std::int32_t i = 0; i < candidates.padded; i += 16) {
     std::uint32_t blocks = test_boxes(candidates.boxes, static_cast<std::size_t>(i), ball).touched;
     for (; blocks; blocks &= blocks - 1) {
@@ -81,14 +81,27 @@ LANE_FN std::int32_t collect_points(const kernels::Tiles& tiles, const kernels::
       const TileHits hits = touched_tiles(tiles, block, ball);
       for (std::uint32_t rest = hits.boundary | hits.inside; rest; rest &= rest - 1) {
         const float* p = tile_points(tiles, 16 * block + static_cast<std::uint32_t>(__builtin_ctz(rest)));
-        const F16 dx = F16::load(p) - ball.x, dy = F16::load(p + 16) - ball.y, dz = F16::load(p + 32) - ball.z;
+        f(F16::load(p) - ball.x, F16::load(p + 16) - ball.y, F16::load(p + 32) - ball.z);
+      }
+      after_block();
+    }
+  }
+}
+
+/// kernels::Kernels::collect
+LANE_FN std::int32_t collect_points(const kernels::Tiles& tiles, const kernels::Candidates& candidates,
+                                    const float* centre, float radius, float* x, float* y, float* z) {
+  const Ball ball(centre, radius);
+  std::int32_t n = 0;
+  for_each_tile(
+      tiles, candidates, ball,
+      [&](F16 dx, F16 dy, F16 dz) __attribute__((always_inline)) {
         const M16 in = squared_norm(dx, dy, dz) <= ball.r2;
         compress_store(x + n, in, dx);
         compress_store(y + n, in, dy);
         n += compress_store(z + n, in, dz);
-      }
-    }
-  }
+      },
+      [] {});
   return n;
 }
 
@@ -100,22 +113,16 @@ LANE_FN void sum_second_moments(const kernels::Tiles& tiles, const kernels::Cand
   F16 s[10];
 #pragma GCC unroll 10
   for (int k = 0; k < 10; ++k) s[k] = zero;
-  for (std::int32_t i = 0; i < candidates.padded; i += 16) {
-    std::uint32_t blocks = test_boxes(candidates.boxes, static_cast<std::size_t>(i), ball).touched;
-    for (; blocks; blocks &= blocks - 1) {
-      const std::uint32_t block = candidates.block[i + __builtin_ctz(blocks)];
-      const TileHits hits = touched_tiles(tiles, block, ball);
-      for (std::uint32_t rest = hits.boundary | hits.inside; rest; rest &= rest - 1) {
-        const float* p = tile_points(tiles, 16 * block + static_cast<std::uint32_t>(__builtin_ctz(rest)));
-        F16 x = F16::load(p) - ball.x, y = F16::load(p + 16) - ball.y, z = F16::load(p + 32) - ball.z;
+  for_each_tile(
+      tiles, candidates, ball,
+      [&](F16 x, F16 y, F16 z) __attribute__((always_inline)) {
         const M16 in = squared_norm(x, y, z) <= ball.r2;
         x = select(in, x, zero), y = select(in, y, zero), z = select(in, z, zero);
         s[0] = s[0] + select(in, one, zero), s[1] = s[1] + x, s[2] = s[2] + y, s[3] = s[3] + z;
         s[4] = fma(x, x, s[4]), s[5] = fma(x, y, s[5]), s[6] = fma(x, z, s[6]);
         s[7] = fma(y, y, s[7]), s[8] = fma(y, z, s[8]), s[9] = fma(z, z, s[9]);
-      }
-    }
-  }
+      },
+      [] {});
   alignas(64) float rows[16][16];
 #pragma GCC unroll 16
   for (int k = 0; k < 16; ++k) (k < 10 ? s[k] : zero).store(rows[k]);
@@ -131,24 +138,19 @@ LANE_FN bool nearest_point(const kernels::Tiles& tiles, const kernels::Candidate
   const F16 zero(0.0f);
   float limit = radius * radius;
   F16 best(2 * limit), x = zero, y = zero, z = zero;
-  for (std::int32_t i = 0; i < candidates.padded; i += 16) {
-    std::uint32_t blocks = test_boxes(candidates.boxes, static_cast<std::size_t>(i), ball).touched;
-    for (; blocks; blocks &= blocks - 1) {
-      const std::uint32_t block = candidates.block[i + __builtin_ctz(blocks)];
-      const TileHits hits = touched_tiles(tiles, block, ball);
-      for (std::uint32_t rest = hits.boundary | hits.inside; rest; rest &= rest - 1) {
-        const float* p = tile_points(tiles, 16 * block + static_cast<std::uint32_t>(__builtin_ctz(rest)));
-        const F16 dx = F16::load(p) - ball.x, dy = F16::load(p + 16) - ball.y, dz = F16::load(p + 32) - ball.z;
+  for_each_tile(
+      tiles, candidates, ball,
+      [&](F16 dx, F16 dy, F16 dz) __attribute__((always_inline)) {
         const F16 d2 = squared_norm(dx, dy, dz);
         const M16 nearer = d2 < best;
         best = select(nearer, d2, best), x = select(nearer, dx, x), y = select(nearer, dy, y),
         z = select(nearer, dz, z);
-      }
+      },
       // What is farther than the best one need not be looked at.
-      const float least = reduce_min(best);
-      if (least < limit) limit = least, ball.r2_outside = F16(limit * kOutside), ball.r2_inside = zero;
-    }
-  }
+      [&]() __attribute__((always_inline)) {
+        const float least = reduce_min(best);
+        if (least < limit) limit = least, ball.r2_outside = F16(limit * kOutside), ball.r2_inside = zero;
+      });
   if (!(reduce_min(best) <= radius * radius)) return false;
   // Of equally near ones in several lanes the first.
   const std::uint32_t lane = static_cast<std::uint32_t>(__builtin_ctz(bits(best <= F16(reduce_min(best)))));

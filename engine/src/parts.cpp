@@ -30,7 +30,7 @@ constexpr double kStepShare = 0.10, kStep = 0.0025;              ///< where a st
 constexpr double kLikely = 0.5;        ///< confidence of what keeps the pieces on its two sides apart
 constexpr double kStepGap = 0.02;      ///< m; between two steps
 constexpr double kContinueGap = 0.12;  ///< m; clutter in front of a part hides so much
-constexpr double kOpenGap = 0.05;  ///< m; a longer gap is not noise: something hides the part there
+constexpr double kOpenGap = 0.05;      ///< m; a longer gap is not noise: something hides the part there
 /// Share of the shorter one's length up to which two parts on one line may overlap.
 constexpr double kMostShared = 0.3;
 constexpr double kCosAlike = 0.766;  ///< 40 degrees
@@ -47,8 +47,7 @@ bool continues(const PartCandidate& first, const PartCandidate& second) {
   const double gap = std::fabs(along) - 0.5 * (g.length + h.length);
   if (gap > kContinueGap) return false;
   // A handle is taken at its middle: that may not lie behind what hides the part there.
-  const double hidden = 0.5 * std::fabs(g.length - h.length) - 0.5 * gap;
-  if (gap > kOpenGap && hidden < 0) return false;
+  if (gap > kOpenGap && gap > std::fabs(g.length - h.length)) return false;
   // Where the points showed a step, a small one parts them, and what lies beyond another piece is another part.
   const bool same_way = dot(g.axis, h.axis) > 0, beyond = along > 0;
   const bool step_g = beyond ? first.ends_high : first.ends_low;

@@ -31,10 +31,6 @@ constexpr std::uint64_t proposal_stream(int round) {
   return 2 * static_cast<std::uint64_t>(round) + 1;
 }
 
-}  // namespace
-
-namespace {
-
 Vector3 to_double(const float* p) {
   return {static_cast<double>(p[0]), static_cast<double>(p[1]), static_cast<double>(p[2])};
 }
