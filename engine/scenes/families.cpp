@@ -14,7 +14,7 @@ const std::vector<FamilyMaker>& makers() {
   static const std::vector<FamilyMaker> all = [] {
     std::vector<FamilyMaker> list;
     for (const auto& group : {bottle_families(), kitchen_families(), tool_families(), cleaning_families(),
-                              carried_families(), plain_families()}) {
+                              carried_families(), bow_families(), plain_families()}) {
       list.insert(list.end(), group.begin(), group.end());
     }
     return list;

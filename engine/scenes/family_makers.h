@@ -19,6 +19,7 @@ std::vector<FamilyMaker> kitchen_families();
 std::vector<FamilyMaker> tool_families();
 std::vector<FamilyMaker> cleaning_families();
 std::vector<FamilyMaker> carried_families();
+std::vector<FamilyMaker> bow_families();
 std::vector<FamilyMaker> plain_families();
 
 /// Shorthand for makers.
