@@ -67,6 +67,7 @@ std::vector<Case> all_cases(const Options& standard, const Usual& usual) {
   without("border unknown", &C::fill_void);
   without("unseen is free", &C::seen_empty);
   add("free share 0.3", [](O& o, C&) { o.min_free = 0.3; });
+  add("free share 0.7", [](O& o, C&) { o.min_free = 0.7; });
   without("approach from the sensor only", &C::other_angles);
   add("one radius: 25 mm", [](O& o, C&) { o.radius = {0.025}; });
   add("axis from pca", [](O& o, C&) { o.axis = AxisEstimator::kPca; });
@@ -77,6 +78,7 @@ std::vector<Case> all_cases(const Options& standard, const Usual& usual) {
   without("groups not refitted", &C::refit);
   without("refit not filtered by normals", &C::filter_normals);
   without("no straps by their outline", &C::straps);
+  without("bends not followed", &C::bows);
   without("no evidence from the outline", &C::outline);
   without("radius profile not cut", &C::cut_profile);
   add("no normals in the verdict", [&](O&, C& c) { c.normal_error = usual.normal_error; });

@@ -2,8 +2,6 @@
 #include <tbb/parallel_for.h>
 
 #include <CLI/CLI.hpp>
-#include <Eigen/Cholesky>
-#include <Eigen/Core>
 #include <cmath>
 #include <cstdio>
 #include <exception>
@@ -12,6 +10,7 @@
 #include <vector>
 
 #include "atomic_file.h"
+#include "boosting.h"
 #include "confidence.h"
 #include "files.h"
 #include "handhold/io.h"
@@ -22,9 +21,7 @@
 namespace handhold {
 namespace {
 
-struct Example {
-  std::array<double, kFeatures> x;
-  double right = 0;
+struct Example : boosting::Example {
   double before = 0;  ///< the confidence that the program gives now
   std::string scene, family;
 };
@@ -62,72 +59,69 @@ std::vector<Example> examples_of(const std::string& folder, const Options& optio
   return all;
 }
 
-using Weights = Eigen::Matrix<double, kFeatures, 1>;
-
-double probability(const Weights& w, const std::array<double, kFeatures>& x) {
-  double sum = 0;
-  for (std::size_t i = 0; i < kFeatures; ++i) sum += w[static_cast<Eigen::Index>(i)] * x[i];
-  return 1 / (1 + std::exp(-sum));
+boosting::Model fit(const std::vector<Example>& examples, const boosting::Settings& settings) {
+  return boosting::fit({examples.begin(), examples.end()}, settings);
 }
 
-/// Logistic regression by Newton's method; a ridge keeps weights small that the examples do not ask for. The feature
-/// `without` (an index; negative: none) gets no weight.
-Weights fit_without(const std::vector<Example>& examples, double ridge, int without) {
-  Weights w = Weights::Zero();
-  for (int step = 0; step < 50; ++step) {
-    Eigen::Matrix<double, kFeatures, kFeatures> H = ridge * Eigen::Matrix<double, kFeatures, kFeatures>::Identity();
-    H(0, 0) = 1e-6;
-    Weights g = -ridge * w;
-    g[0] = 0;
-    for (const Example& e : examples) {
-      const Eigen::Map<const Weights> x(e.x.data());
-      const double p = probability(w, e.x);
-      g += (e.right - p) * x;
-      H += p * (1 - p) * x * x.transpose();
+/// As a piece of C++ that confidence.cpp includes.
+void write_model(const boosting::Model& model, const std::string& path) {
+  AtomicFile file(path);
+  char number[32];
+  const auto put = [&](const auto& values, const char* format) {
+    file.write("{");
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      std::snprintf(number, sizeof number, format, static_cast<double>(values[i]));
+      file.write(std::string(i ? ", " : "") + number);
     }
-    if (without >= 0) g[without] = 0, H.row(without).setZero(), H.col(without).setZero(), H(without, without) = 1;
-    const Weights d = H.ldlt().solve(g);
-    w += d;
-    if (d.norm() < 1e-8) break;
+    file.write("}");
+  };
+  std::snprintf(number, sizeof number, "%.9g", model.start);
+  file.write("// Log odds, and what each tree adds.\nconstexpr double kStart = " + std::string(number) +
+             ";\nconstexpr ConfidenceTree kTrees[] = {\n");
+  for (const ConfidenceTree& tree : model.trees) {
+    file.write("    {");
+    put(tree.feature, "%g"), file.write(", ");
+    put(tree.threshold, "%.6ef"), file.write(", ");
+    put(tree.value, "%.3ef"), file.write("},\n");
   }
-  return w;
+  file.write("};\n");
+  file.commit();
 }
 
-/// A finger with less free space never speaks for a handle: where the examples have it so by chance, it says nothing.
-Weights fit(const std::vector<Example>& examples, double ridge) {
-  const Weights w = fit_without(examples, ridge, -1);
-  return w[kUnfreeFeature] > 0 ? fit_without(examples, ridge, kUnfreeFeature) : w;
-}
-
-double log_loss(const Weights& w, const std::vector<Example>& examples) {
+double log_loss(const boosting::Model& model, const std::vector<Example>& examples) {
   double sum = 0;
   for (const Example& e : examples) {
-    const double p = std::min(1 - 1e-9, std::max(1e-9, probability(w, e.x)));
+    const double p = std::min(1 - 1e-9, std::max(1e-9, model.probability(e.x)));
     sum -= e.right > 0 ? std::log(p) : std::log(1 - p);
   }
   return sum / static_cast<double>(std::max<std::size_t>(1, examples.size()));
 }
 
-void print_quality(const char* what, const Weights& w, const std::vector<Example>& examples) {
+void print_quality(const char* what, const boosting::Model& model, const std::vector<Example>& examples) {
   double above = 0, right = 0, all_right = 0;
   for (const Example& e : examples) {
     all_right += e.right;
-    if (probability(w, e.x) < 0.5) continue;
+    if (model.probability(e.x) < 0.5) continue;
     above += 1, right += e.right;
   }
   std::printf("%s: %zu candidates, %.0f right; with confidence >= 0.5: %.0f, %.0f right (%.3f); log loss %.4f\n", what,
-              examples.size(), all_right, above, right, above > 0 ? right / above : 0, log_loss(w, examples));
+              examples.size(), all_right, above, right, above > 0 ? right / above : 0, log_loss(model, examples));
 }
 
 int run(int argc, char** argv) {
   CLI::App app{"Fits the confidence of handles to scenes that 'handhold simulate' made"};
   std::vector<std::string> folders;
-  std::string check, csv;
-  double ridge = 1;
+  std::string check, csv, write;
+  boosting::Settings settings;
+  settings.falling_feature = kUnfreeFeature;
   app.add_option("FOLDER", folders, "Folders with NAME.pcd and truth.json")->required();
   app.add_option("--check", check, "Another folder, to judge the fit on");
-  app.add_option("--ridge", ridge, "Weight of the sum of squared weights (no unit)")->check(CLI::PositiveNumber);
+  app.add_option("--trees", settings.trees, "How many trees")->check(CLI::PositiveNumber);
+  app.add_option("--rate", settings.rate, "Share of each tree's step that is taken, 0 to 1")
+      ->check(CLI::Range(1e-3, 1.0));
+  app.add_option("--least-leaf", settings.least_leaf, "Examples that a leaf has at least")->check(CLI::PositiveNumber);
   app.add_option("--csv", csv, "Write the examples");
+  app.add_option("--write", write, "Write the model: engine/src/confidence_model.inc");
   CLI11_PARSE(app, argc, argv);
   Options options;
   options.min_confidence = 0;
@@ -150,8 +144,8 @@ int run(int argc, char** argv) {
     }
     file.commit();
   }
-  const Weights w = fit(examples, ridge);
-  print_quality("fitted on", w, examples);
+  const boosting::Model model = fit(examples, settings);
+  print_quality("fitted on", model, examples);
   // How it does on scenes that it has not seen: five fits, each judged on the fifth that it left out.
   std::vector<Example> part[2];
   double loss = 0;
@@ -162,15 +156,11 @@ int run(int argc, char** argv) {
       const std::size_t scene = number.try_emplace(e.scene, number.size()).first->second;
       part[scene % 5 == fold].push_back(e);
     }
-    loss += log_loss(fit(part[0], ridge), part[1]) / 5;
+    loss += log_loss(fit(part[0], settings), part[1]) / 5;
   }
   std::printf("left out by fifths: log loss %.4f\n", loss);
-  if (!check.empty()) print_quality("checked on", w, examples_of(check, options));
-  std::printf("constexpr double kWeights[kFeatures] = {");
-  for (std::size_t i = 0; i < kFeatures; ++i) {
-    std::printf("%s%.4f", i ? ", " : "", w[static_cast<Eigen::Index>(i)]);
-  }
-  std::printf("};\n");
+  if (!check.empty()) print_quality("checked on", model, examples_of(check, options));
+  if (!write.empty()) write_model(model, write);
   return 0;
 }
 

@@ -63,7 +63,7 @@ TEST(DefaultMethod, FindsThePartsOfTheDemonstrationAndLittleElse) {
     right += any;
     EXPECT_GE(h.confidence, 0.5);
     EXPECT_GE(h.length, 0.02);
-    EXPECT_GE(h.observed_free, 0.7);
+    EXPECT_GE(h.observed_free, Options().min_free);
     EXPECT_LT(cosine(h.axis, h.approach), 1e-6) << "the hand comes across the part";
     EXPECT_NEAR(cosine(h.axis, h.axis), 1, 1e-9);
   }

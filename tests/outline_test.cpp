@@ -48,6 +48,20 @@ TEST(Silhouette, AStepEndsAPart) {
   }
 }
 
+TEST(Silhouette, BehindABarItFallsAtOnceAndBesideAWallByAndBy) {
+  const SilhouetteSide bar = silhouette_side(image_of(strap(0.02, 0.1)), kPlace, kRight, kAhead, 0.05, 0.001);
+  for (const double fall : bar.fall) EXPECT_NEAR(fall, 0.1, 1e-4);
+  // A wall's edge 20 mm to the right; its side, seen at a grazing angle, recedes by 8 m a metre.
+  const DepthImage image = image_of([](double x, double) {
+    const double beyond = x * kPart - 0.02;
+    return beyond < 0 ? kPart : kPart + 8 * beyond;
+  });
+  const SilhouetteSide wall = silhouette_side(image, kPlace, kRight, kAhead, 0.05, 0.001);
+  ASSERT_EQ(wall.kind, SilhouetteSide::kStep);
+  EXPECT_NEAR(wall.fall[1] - wall.fall[0], 8 * (0.004 - kPart / kFocal), 8 * 0.6 * kPart / kFocal);
+  EXPECT_NEAR(wall.fall[2] - wall.fall[1], 8 * 0.008, 8 * 1.1 * kPart / kFocal);
+}
+
 TEST(Silhouette, WithoutAStepASurfaceGoesOn) {
   const auto kind = [](double behind) {
     return silhouette_side(image_of(strap(0.02, behind)), kPlace, kRight, kAhead, 0.05, 0.001).kind;

@@ -95,7 +95,9 @@ void join_curved(std::vector<Handle>& handles) {
   for (std::size_t i = 0; i < handles.size(); ++i) {
     const Handle& h = handles[i];
     if (h.radius > kThickest || !(h.length > 0)) continue;
-    chains.push_back({{i}, {h.center - 0.5 * h.length * h.axis, h.center + 0.5 * h.length * h.axis}, h.radius, false});
+    chains.push_back({{i}, h.path, h.radius, false});
+    if (h.path.size() >= 2) continue;
+    chains.back().path = {h.center - 0.5 * h.length * h.axis, h.center + 0.5 * h.length * h.axis};
   }
   for (;;) {
     double least = std::numeric_limits<double>::infinity();

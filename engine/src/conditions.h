@@ -17,6 +17,7 @@ struct Conditions {
   bool least_arc = true;       ///< points over at least 70 degrees
   bool convex = true;          ///< the sensor sees the outside
   bool straps = true;          ///< thin parts are also found by their outline
+  bool bows = true;            ///< thin parts are followed around their bends
   bool outline = true;         ///< evidence from where a part ends beside its axis; off: what right ones usually show
   bool refit = true;           ///< a group is fitted again to all points there
   bool filter_normals = true;  ///< points whose normal is another surface's are left out of that fit

@@ -1,8 +1,11 @@
-// How likely a candidate is a part that a hand can hold: a logistic model of what was measured about it.
+// How likely a candidate is a part that a hand can hold: boosted trees over what was measured about it.
 #pragma once
 
 #include <array>
 #include <cstddef>
+#include <cstdint>
+
+#include "silhouette.h"
 
 namespace handhold {
 
@@ -25,14 +28,34 @@ struct Evidence {
   // Beside it, as the sensor sees it (silhouette.h):
   double steps_less = 0, steps_more = 0;   ///< 0..1; share of its length that ends at a step, on either side
   double nearer_end = 1, farther_end = 1;  ///< where it ends on either side, over the radius
-  double strap = 0;                        ///< 1: found and measured by its outline
-  double axis_spread = 0;                  ///< mean sine of the members' axes to this one
+  /// m; how far behind its edges lies what is seen one pixel, 4 mm and 12 mm beyond them, on either side
+  std::array<double, kLooksBeyond> fall_less{}, fall_more{};
+  double followed = 0, turn = 0;  ///< m and rad; how far its outline was followed (bow.h), and how much that turns
+  double off_middle = 0, off_direction = 0;  ///< m and rad; from the middle of what was followed, and the tangent there
+  double strap = 0;                          ///< 1: found and measured by its outline
+  double axis_spread = 0;                    ///< mean sine of the members' axes to this one
 };
 
-constexpr std::size_t kFeatures = 39;
-constexpr int kUnfreeFeature = 5;  ///< the one that grows as `free` falls
-/// The model's inputs, of about unit size.
+constexpr std::size_t kFeatures = 37;
+constexpr int kUnfreeFeature = 4;  ///< the one that grows as `free` falls
+/// The model's inputs.
 std::array<double, kFeatures> features(const Evidence& evidence);
+
+/// A tree of three levels of questions: `feature` above `threshold`? Question k is followed by 2 k + 1 (no) and 2 k + 2
+/// (yes), the last ones by the values: log odds, summed over the model's trees.
+constexpr std::size_t kConfidenceSplits = 7;
+struct ConfidenceTree {
+  std::array<std::uint8_t, kConfidenceSplits> feature;
+  std::array<float, kConfidenceSplits> threshold;
+  std::array<float, kConfidenceSplits + 1> value;
+
+  double operator()(const std::array<double, kFeatures>& x) const {
+    std::size_t k = 0;
+    while (k < kConfidenceSplits) k = 2 * k + 1 + (x[feature[k]] > static_cast<double>(threshold[k]) ? 1 : 0);
+    return static_cast<double>(value[k - kConfidenceSplits]);
+  }
+};
+
 /// 0..1
 double confidence(const Evidence& evidence);
 

@@ -34,6 +34,13 @@ constexpr std::size_t kLeastOutline = 3;                     ///< slices
 constexpr double kStrap = 0.9, kThickShare = 0.8;
 constexpr double kThickStrap = 0.018;  ///< m; radius
 
+/// What the outline of right candidates usually shows.
+void forget_outline(Evidence& e) {
+  e.steps_less = e.steps_more = 0.9, e.nearer_end = 0.85, e.farther_end = 0.95;
+  e.fall_less = {0.022, 0.020, 0.019}, e.fall_more = {0.036, 0.042, 0.046};
+  e.followed = e.length + 0.01, e.turn = 0.2, e.off_middle = 0.01, e.off_direction = 0.05;
+}
+
 double median(std::vector<double>& values) {
   const auto at = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
   std::nth_element(values.begin(), at, values.end());
@@ -174,6 +181,17 @@ std::array<double, 2> PartCheck::sum_outline(std::size_t first, std::size_t last
     }
     share[k] = count / static_cast<double>(last - first);
     if (share[k] >= 0.5) steps[k] = median(usual_);
+  }
+  for (std::size_t look = 0; look < kLooksBeyond; ++look) {
+    std::array<double, 2> fall{};
+    for (std::size_t k = 0; k < 2; ++k) {
+      usual_.clear();
+      for (std::size_t i = first; i < last; ++i) {
+        if (outline_[i][k].kind == SilhouetteSide::kStep) usual_.push_back(outline_[i][k].fall[look]);
+      }
+      if (!usual_.empty()) fall[k] = median(usual_);
+    }
+    e.fall_less[look] = std::min(fall[0], fall[1]), e.fall_more[look] = std::max(fall[0], fall[1]);
   }
   e.steps_less = std::min(share[0], share[1]), e.steps_more = std::max(share[0], share[1]);
   e.nearer_end = std::min(end[0], end[1]), e.farther_end = std::max(end[0], end[1]);
@@ -382,11 +400,34 @@ bool PartCheck::measure(Cylinder c, double low, double high, Kind kind, const Pa
   handle.length = length;
   handle.arc = e.arc, handle.residual = e.residual, handle.observed_free = best_free;
   handle.normal_error = e.normal_error;
-  if (!conditions_.outline) e.steps_less = e.steps_more = 0.9, e.nearer_end = 0.85, e.farther_end = 0.95;
   e.strap = kind == Kind::kStrap ? 1 : 0;
   e.length = length, e.radius = handle.radius, e.sigma = sigma_, e.free = best_free;
+  e.followed = length, e.turn = e.off_middle = e.off_direction = 0;
+  if (conditions_.bows) follow(group.bow, found);
+  if (!conditions_.outline) forget_outline(e);
   handle.confidence = confidence(e);
   return true;
+}
+
+/// How far the part goes on around its bends; the handle of a bow gets its path.
+void PartCheck::follow(const Bow* known, PartCandidate& found) {
+  Handle& h = found.handle;
+  Evidence& e = found.evidence;
+  e.followed = 0;
+  const Bow* bow = known;
+  if (!bow && trace_bow(*image_, {h.center, h.axis, h.radius}, sigma_, bow_)) bow = &bow_;
+  if (!bow) return;
+  e.followed = bow->closed ? 1 : std::min(bow->length, 1.0), e.turn = bow->turn;
+  const std::size_t at = nearest_place(bow->path, h.center), middle = bow->path.size() / 2;
+  e.off_middle = kBowStep * std::fabs(static_cast<double>(at) - static_cast<double>(middle));
+  e.off_direction = std::acos(std::min(1.0, std::fabs(dot(bow->tangent(at), bow->tangent(middle)))));
+  if (!known) return;
+  h.path.clear();
+  for (std::size_t i = 0; i < known->path.size(); ++i) {
+    const Vector3 t = known->tangent(i), to_sensor = image_->viewpoint() - known->path[i];
+    const Vector3 ahead = normalized(to_sensor - dot(to_sensor, t) * t, any_perpendicular(t));
+    h.path.push_back(known->path[i] - h.radius * ahead);
+  }
 }
 
 void PartCheck::run(const PartGroup& group, const std::vector<Affordance>& affordances,
@@ -400,6 +441,7 @@ void PartCheck::run(const PartGroup& group, const std::vector<Affordance>& affor
     PartCandidate candidate;
     if (measure_strap(group, affordances, candidate)) found.push_back(std::move(candidate));
   }
+  if (group.bow) return;
   for (int pass = 0; pass < 2; ++pass) {
     if (points_.select(c, low, high) < kLeastPoints) return;
     Cylinder fit = c;

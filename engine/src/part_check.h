@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "bow.h"
 #include "conditions.h"
 #include "confidence.h"
 #include "cylinder.h"
@@ -28,7 +29,8 @@ struct PartGroup {
   Cylinder mean;
   double low, high;  ///< m; along the axis from mean.point
   std::vector<std::uint32_t> members;
-  std::size_t straps;  ///< of the members: those that were found by their outline
+  std::size_t straps;        ///< of the members: those that were found by their outline
+  const Bow* bow = nullptr;  ///< the curved part that this is the middle of
 };
 
 /// What may become a handle.
@@ -77,6 +79,7 @@ class PartCheck {
   bool measure_strap(const PartGroup& group, const std::vector<Affordance>& affordances, PartCandidate& found);
   bool measure(Cylinder c, double low, double high, Kind kind, const PartGroup& group,
                const std::vector<Affordance>& affordances, PartCandidate& found);
+  void follow(const Bow* known, PartCandidate& found);
   static std::pair<std::size_t, std::size_t> longest_run(std::vector<char>& pass);
   double corner_gain(double residual);
 
@@ -85,6 +88,7 @@ class PartCheck {
   const DepthImage* image_ = nullptr;
   double sigma_ = 0;
   PartPoints points_;
+  Bow bow_;
   std::vector<Slice> slices_;
   std::vector<Turns> turns_;
   std::vector<double> usual_, others_, free_;

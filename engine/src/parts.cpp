@@ -9,6 +9,7 @@
 #include <limits>
 #include <numeric>
 
+#include "bow_groups.h"
 #include "chain.h"
 
 namespace handhold {
@@ -77,6 +78,13 @@ bool parts(const Handle& g, const Handle& h, const Handle& other) {
   return std::fabs(to_other) >= 0.5 * g.length && std::fabs(to_other) <= std::fabs(to_h) - 0.5 * h.length;
 }
 
+void add_members(const Handle& from, Handle& to) {
+  std::vector<std::uint32_t> members;
+  std::set_union(to.affordances.begin(), to.affordances.end(), from.affordances.begin(), from.affordances.end(),
+                 std::back_inserter(members));
+  to.affordances = std::move(members);
+}
+
 /// Makes g as long as both.
 void extend(PartCandidate& first, const PartCandidate& second) {
   Handle& g = first.handle;
@@ -89,10 +97,7 @@ void extend(PartCandidate& first, const PartCandidate& second) {
   if (high > 0.5 * g.length) first.ends_high = same_way ? second.ends_high : second.ends_low;
   g.center = g.center + 0.5 * (low + high) * g.axis;
   g.length = high - low;
-  std::vector<std::uint32_t> members;
-  std::set_union(g.affordances.begin(), g.affordances.end(), h.affordances.begin(), h.affordances.end(),
-                 std::back_inserter(members));
-  g.affordances = std::move(members);
+  add_members(h, g);
 }
 
 /// Whether g, which is likelier, explains h.
@@ -113,7 +118,24 @@ bool overlaps(const Handle& g, const Handle& h) {
 /// does not grow over.
 bool takes(PartCandidate& g, const PartCandidate& h, const std::vector<PartCandidate>& likely,
            const Conditions& conditions) {
-  if (!conditions.continue_parts || !continues(g, h)) return overlaps(g.handle, h.handle);
+  if (!g.handle.path.empty() && of_bow(g.handle, h.handle)) return add_members(h.handle, g.handle), true;
+  if (g.handle.path.empty() && !h.handle.path.empty() && of_bow(h.handle, g.handle)) {
+    // One of its pieces is surer than the bow's middle. That is where it is held; the piece that is there is fitted
+    // better.
+    if (norm(g.handle.center - h.handle.center) < 0.5 * g.handle.length &&
+        std::fabs(dot(g.handle.axis, h.handle.axis)) > kCosContinue) {
+      g.handle.path = h.handle.path;
+      return add_members(h.handle, g.handle), true;
+    }
+    Handle middle = h.handle;
+    middle.confidence = g.handle.confidence;
+    add_members(g.handle, middle);
+    g.handle = std::move(middle);
+    return true;
+  }
+  if (!g.handle.path.empty() || !h.handle.path.empty() || !conditions.continue_parts || !continues(g, h)) {
+    return overlaps(g.handle, h.handle);
+  }
   for (const PartCandidate& o : likely) {
     if (parts(g.handle, h.handle, o.handle)) return false;
   }
@@ -267,6 +289,7 @@ void PartSearch::make_groups(const std::vector<Affordance>& affordances) {
 void PartSearch::run(const std::vector<Affordance>& affordances, const TileStore& tiles, const NeighbourIndex& index,
                      const DepthImage& image, std::vector<Handle>& handles, Funnel& funnel) {
   make_groups(affordances);
+  if (conditions_.bows) find_bows(affordances, image, groups_, bows_);
   found_.resize(std::max(found_.size(), groups_.size()));
   for (std::vector<PartCandidate>& found : found_) found.clear();
   for (PartCheck& check : checks_) check.begin(*options_, tiles, index, image, conditions_);
@@ -293,7 +316,12 @@ void PartSearch::run(const std::vector<Affordance>& affordances, const TileStore
   resolve();
   handles.clear();
   for (const PartCandidate& candidate : kept_) {
-    if (candidate.handle.confidence >= options_->effective_min_confidence()) handles.push_back(candidate.handle);
+    if (candidate.handle.confidence < options_->effective_min_confidence()) continue;
+    handles.push_back(candidate.handle);
+    Handle& h = handles.back();
+    if (h.path.empty()) continue;
+    h.length = 0;
+    for (std::size_t i = 0; i + 1 < h.path.size(); ++i) h.length += norm(h.path[i + 1] - h.path[i]);
   }
   if (conditions_.join_curved) join_curved(handles);
   for (const std::uint8_t f : fate) {

@@ -35,6 +35,7 @@ class PartSearch {
   const Options* options_;
   Conditions conditions_;
   std::vector<PartGroup> groups_;
+  std::vector<Bow> bows_;
   std::vector<std::vector<PartCandidate>> found_;  ///< of each group
   std::vector<PartCandidate> all_, kept_;
   std::vector<PartCandidate> likely_;

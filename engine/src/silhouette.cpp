@@ -47,6 +47,14 @@ SilhouetteSide silhouette_side(const DepthImage& image, const Vector3& place, co
     if (height < last - jump || height < before - jump) {
       result.kind = SilhouetteSide::kStep;
       if (height >= last - jump) result.at -= 0.5 / per_metre;
+      const double edge = std::max(last, before);
+      double fall = std::max(0.0, edge - height);
+      for (std::size_t i = 0; i < kLooksBeyond; ++i) {
+        const int more = i == 0 ? 1 : std::max(1, static_cast<int>(std::lround(kBeyondStep[i - 1] * per_metre)));
+        double there = 0, beyond = 0;
+        if (seen(k + more, there, beyond)) fall = edge - beyond;
+        result.fall[i] = fall;
+      }
       return result;
     }
     before = last, last = height;

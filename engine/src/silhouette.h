@@ -2,10 +2,18 @@
 // sides, the rim of a bowl or the edge of a box goes on as a surface on one of them.
 #pragma once
 
+#include <array>
+#include <cstddef>
+
 #include "depth_image.h"
 #include "vec3.h"
 
 namespace handhold {
+
+/// Beyond a step one looks one pixel, and so far (m): behind a bar lies what is behind it, at once; the face of a wall
+/// that is seen at a grazing angle falls away by and by.
+constexpr std::size_t kLooksBeyond = 3;
+constexpr std::array<double, kLooksBeyond - 1> kBeyondStep = {0.004, 0.012};
 
 /// What the depth image shows on one side of a place.
 struct SilhouetteSide {
@@ -16,6 +24,8 @@ struct SilhouetteSide {
   };
   Kind kind = kHidden;
   double at = 0;  ///< m; distance from the place, across the line of sight
+  /// m; of a step: how far behind its edge lies what is seen at each look beyond it; where nothing is known, as before
+  std::array<double, kLooksBeyond> fall{};
 };
 
 /// Follows the surface that is seen from `place` (m, on the side of a part towards the sensor) in direction `side`

@@ -60,7 +60,7 @@ struct Options {
   double finger_thickness = 0.01;  ///< m; radial: the gap a shell must have
   double finger_width = 0.02;      ///< m; along the handle: the length of a shell
   double finger_depth = 0.04;   ///< m; along the approach: how far the fingers reach out of the palm (default method)
-  double min_free = 0.7;        ///< 0..1; share of each finger's volume that must have been seen empty (default method)
+  double min_free = 0.5;        ///< 0..1; share of each finger's volume that must have been seen empty (default method)
   std::optional<double> reach;  ///< m; largest radius of curvature worth a look; default: 1.25 * hand_aperture / 2
   // Shell (paper's method). Counts of points would depend on distance and resolution, so thresholds are areas times
   // local point density.

@@ -38,14 +38,14 @@ struct Affordance {
 
 /// A contiguous run of aligned affordances: one graspable part.
 struct Handle {
-  Vector3 center;             ///< m; middle of the extent on the axis, or of `path`
+  Vector3 center;             ///< m; middle of the extent on the axis, or where `path` is best held
   Vector3 axis;               ///< unit; largest component positive
   Vector3 approach;           ///< unit; direction in which a hand moves towards the part
   double radius = 0;          ///< m
   double length = 0;          ///< m; extent along the axis
   double confidence = 0;      ///< 0..1; default method: probability that the handle is right, calibrated on simulated
                               ///< scenes; paper's: from the number of affordances and the length, not calibrated
-  std::vector<Vector3> path;  ///< m; line through a curved handle's middle, end to end; `center` is its middle, `axis`
+  std::vector<Vector3> path;  ///< m; line through a curved handle's middle, end to end; `center` is near its middle, `axis`
                               ///< the tangent there, `length` its own; empty: straight
   std::vector<std::uint32_t> affordances;  ///< indices into Result::affordances, ascending
   // What the confidence of the default method rests on; 0 with the paper's.

@@ -1,0 +1,82 @@
+#include "bow_groups.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace handhold {
+namespace {
+
+constexpr double kThickestBow = 0.017;                          ///< m; radius
+constexpr double kLeastTurn = 0.6, kLeastBow = 0.035;           ///< rad and m; what turns less or is shorter is no bow
+constexpr double kSag = 0.002, kSagShare = 0.3;                 ///< m, and of the radius; of the piece about its middle
+constexpr double kShortestPiece = 0.025, kLongestPiece = 0.06;  ///< m
+constexpr double kAlikeShare = 0.25, kAlike = 0.002;            ///< m; radii of one bow's pieces
+constexpr double kOnBow = 0.006;                                ///< m beside the radius: as near as this to its path
+constexpr double kCosAlong = 0.766;                             ///< 40 degrees: as far from its path's direction
+constexpr double kCosMember = 0.9397;                           ///< 20 degrees: from the middle's
+
+/// Whether something at `center` along `axis` is of the curved part with that path.
+bool on_path(const std::vector<Vector3>& path, double radius, const Vector3& center, const Vector3& axis) {
+  const std::size_t i = nearest_place(path, center), n = path.size();
+  if (norm(path[i] - center) > radius + kOnBow) return false;
+  const Vector3 tangent = normalized(path[std::min(n - 1, i + 2)] - path[i < 2 ? 0 : i - 2]);
+  return std::fabs(dot(tangent, axis)) > kCosAlong;
+}
+
+}  // namespace
+
+bool of_bow(const Handle& bow, const Handle& piece) {
+  if (std::fabs(bow.radius - piece.radius) > kAlikeShare * std::min(bow.radius, piece.radius) + kAlike) return false;
+  return on_path(bow.path, bow.radius, piece.center, piece.axis);
+}
+
+/// Thin parts that bend, from the best affordances on; each becomes a group about its middle.
+void find_bows(const std::vector<Affordance>& affordances, const DepthImage& image, std::vector<PartGroup>& groups,
+               std::vector<Bow>& bows) {
+  bows.clear();
+  std::vector<std::uint32_t> thin;
+  for (std::uint32_t i = 0; i < affordances.size(); ++i) {
+    if (affordances[i].radius <= kThickestBow) thin.push_back(i);
+  }
+  std::sort(thin.begin(), thin.end(), [&](std::uint32_t a, std::uint32_t b) {
+    return affordances[a].quality != affordances[b].quality ? affordances[a].quality > affordances[b].quality : a < b;
+  });
+  std::vector<char> taken(affordances.size(), 0);
+  Bow bow;
+  for (const std::uint32_t seed : thin) {
+    if (taken[seed]) continue;
+    taken[seed] = 1;
+    const Affordance& s = affordances[seed];
+    if (!trace_bow(image, {s.center, s.axis, s.radius}, depth_noise(norm(image.viewpoint() - s.center)), bow)) continue;
+    std::vector<double> widths = bow.widths;
+    const auto middle = widths.begin() + static_cast<std::ptrdiff_t>(widths.size() / 2);
+    std::nth_element(widths.begin(), middle, widths.end());
+    const double radius = 0.5 * *middle;
+    for (const std::uint32_t i : thin) {
+      if (!taken[i] && on_path(bow.path, 2 * radius, affordances[i].center, affordances[i].axis)) taken[i] = 1;
+    }
+    if (bow.closed || bow.turn < kLeastTurn || bow.length < kLeastBow || !bow.curved()) continue;
+    const std::size_t at = bow.path.size() / 2;
+    const Vector3 axis = bow.tangent(at), to_sensor = image.viewpoint() - bow.path[at];
+    const Vector3 ahead = normalized(to_sensor - dot(to_sensor, axis) * axis, any_perpendicular(axis));
+    PartGroup group;
+    group.mean = {bow.path[at] - radius * ahead, axis, radius};
+    const double sag = std::max(kSag, kSagShare * radius);
+    const double piece = std::clamp(2 * std::sqrt(2 * sag * bow.length / bow.turn), kShortestPiece, kLongestPiece);
+    group.low = -0.5 * std::min(piece, bow.length), group.high = -group.low;
+    for (std::uint32_t i = 0; i < affordances.size(); ++i) {
+      const Affordance& a = affordances[i];
+      const double along = dot(a.center - group.mean.point, axis);
+      if (along < group.low || along > group.high || std::fabs(dot(a.axis, axis)) < kCosMember) continue;
+      if (norm(a.center - group.mean.point - along * axis) > radius + kOnBow) continue;
+      group.members.push_back(i);
+    }
+    if (group.members.empty()) continue;
+    group.straps = group.members.size();
+    bows.push_back(bow);
+    groups.push_back(std::move(group));
+  }
+  for (std::size_t i = 0; i < bows.size(); ++i) groups[groups.size() - bows.size() + i].bow = &bows[i];
+}
+
+}  // namespace handhold
