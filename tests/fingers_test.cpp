@@ -47,7 +47,7 @@ TEST(Fingers, FitAboutABarInFreeSpace) {
   for (const double radius : {0.006, 0.015, 0.03}) {
     const Grip g = grip(scene(radius, 0.5), radius);
     EXPECT_TRUE(g.fits) << radius;
-    EXPECT_GE(g.free, 0.7);
+    EXPECT_GE(g.free, Options().min_free);
     EXPECT_GE(g.opening, 1.4 * radius);
     EXPECT_LE(g.opening, 0.084);
     EXPECT_LT(g.from[2], -0.9) << "from the camera's side";
@@ -56,8 +56,12 @@ TEST(Fingers, FitAboutABarInFreeSpace) {
 }
 
 TEST(Fingers, DoNotFitIntoAWall) {
-  EXPECT_FALSE(grip(scene(0.015, 0.001), 0.015).fits) << "half of the bar stands out of the wall";
+  Options strict;
+  strict.min_free = 0.7;
+  EXPECT_FALSE(grip(scene(0.015, 0.001), 0.015, strict).fits) << "half of the bar stands out of the wall";
+  EXPECT_FALSE(grip(scene(0.015, -0.004), 0.015).fits) << "less than half of it does: by default a finger may touch";
   EXPECT_TRUE(grip(scene(0.015, 0.03), 0.015).fits) << "it lies on a table";
+  EXPECT_TRUE(grip(scene(0.015, 0.03), 0.015, strict).fits);
 }
 
 TEST(Fingers, NeedRoomOnBothSides) {
