@@ -8,11 +8,13 @@ namespace {
 
 constexpr double kThickestBow = 0.017;                          ///< m; radius
 constexpr double kLeastTurn = 0.6, kLeastBow = 0.035;           ///< rad and m; what turns less or is shorter is no bow
+constexpr double kLeastWidths = 3;                              ///< widths that a bow is long; shorter ones are bumps
 constexpr double kSag = 0.002, kSagShare = 0.3;                 ///< m, and of the radius; of the piece about its middle
 constexpr double kShortestPiece = 0.025, kLongestPiece = 0.06;  ///< m
 constexpr double kAlikeShare = 0.25, kAlike = 0.002;            ///< m; radii of one bow's pieces
 constexpr double kOnBow = 0.006;                                ///< m beside the radius: as near as this to its path
 constexpr double kCosAlong = 0.766;                             ///< 40 degrees: as far from its path's direction
+constexpr int kPlaces = 10, kCovered = 8;                       ///< of places along a piece, those on the path
 constexpr double kCosMember = 0.9397;                           ///< 20 degrees: from the middle's
 
 /// Whether something at `center` along `axis` is of the curved part with that path.
@@ -23,11 +25,28 @@ bool on_path(const std::vector<Vector3>& path, double radius, const Vector3& cen
   return std::fabs(dot(tangent, axis)) > kCosAlong;
 }
 
+/// Whether a path comes near itself again: the tracing went round in a blob, not along a part.
+bool tangled(const Bow& bow, double width) {
+  const auto apart = static_cast<std::size_t>(std::ceil(2 * width / kBowStep)) + 1;
+  for (std::size_t i = 0; i < bow.path.size(); ++i) {
+    for (std::size_t k = i + apart; k < bow.path.size(); ++k) {
+      if (norm(bow.path[k] - bow.path[i]) < width) return true;
+    }
+  }
+  return false;
+}
+
 }  // namespace
 
 bool of_bow(const Handle& bow, const Handle& piece) {
   if (std::fabs(bow.radius - piece.radius) > kAlikeShare * std::min(bow.radius, piece.radius) + kAlike) return false;
-  return on_path(bow.path, bow.radius, piece.center, piece.axis);
+  if (!on_path(bow.path, bow.radius, piece.center, piece.axis)) return false;
+  int on = 0;
+  for (int k = 0; k < kPlaces; ++k) {
+    const double at = ((k + 0.5) / kPlaces - 0.5) * piece.length;
+    on += on_path(bow.path, bow.radius, piece.center + at * piece.axis, piece.axis);
+  }
+  return on >= kCovered;
 }
 
 /// Thin parts that bend, from the best affordances on; each becomes a group about its middle.
@@ -55,7 +74,8 @@ void find_bows(const std::vector<Affordance>& affordances, const DepthImage& ima
     for (const std::uint32_t i : thin) {
       if (!taken[i] && on_path(bow.path, 2 * radius, affordances[i].center, affordances[i].axis)) taken[i] = 1;
     }
-    if (bow.closed || bow.turn < kLeastTurn || bow.length < kLeastBow || !bow.curved()) continue;
+    if (bow.closed || bow.turn < kLeastTurn || bow.length < std::max(kLeastBow, kLeastWidths * 2 * radius)) continue;
+    if (!bow.curved() || tangled(bow, 2 * radius)) continue;
     const std::size_t at = bow.path.size() / 2;
     const Vector3 axis = bow.tangent(at), to_sensor = image.viewpoint() - bow.path[at];
     const Vector3 ahead = normalized(to_sensor - dot(to_sensor, axis) * axis, any_perpendicular(axis));

@@ -12,7 +12,7 @@ namespace {
 
 constexpr double kThickest = 0.018;                    ///< m; radius: what is thicker is a body and no bow
 constexpr double kRadiusShare = 0.3, kRadius = 0.002;  ///< m
-constexpr double kMeet = 0.012;                        ///< m beside the radius: ends as near as this meet
+constexpr double kMeet = 0.012;                        ///< m; ends as near as this meet
 constexpr double kCosMost = 0.17364817766693041;       ///< 80 degrees: a sharper turn is another part
 constexpr double kCosLeast = 0.97814760073380569;      ///< 12 degrees: straight on is no turn
 
@@ -39,7 +39,7 @@ double meeting(const Chain& a, const Chain& b, int& a_end, int& b_end) {
   for (int i = 0; i < 2; ++i) {
     for (int k = 0; k < 2; ++k) {
       const double distance = norm(a.end(i) - b.end(k)), turn = -dot(a.out(i), b.out(k));
-      if (distance > kMeet + large || turn < kCosMost || turn > kCosLeast || distance >= best) continue;
+      if (distance > kMeet || turn < kCosMost || turn > kCosLeast || distance >= best) continue;
       best = distance, a_end = i, b_end = k;
     }
   }

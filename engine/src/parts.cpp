@@ -29,6 +29,8 @@ constexpr double kSameRadiusShare = 0.13, kSameRadius = 0.0008;  ///< m; a large
 constexpr double kSameRadiusSigmas = 0.5;                        ///< more where the sensor is less sure
 constexpr double kStepShare = 0.10, kStep = 0.0025;              ///< where a step was seen
 constexpr double kLikely = 0.5;        ///< confidence of what keeps the pieces on its two sides apart
+constexpr double kSure = 0.85;         ///< confidence; of surer parts on one place the longest stays
+constexpr double kExtends = 0.2;       ///< confidence of a piece that another one grows over
 constexpr double kStepGap = 0.02;      ///< m; between two steps
 constexpr double kContinueGap = 0.12;  ///< m; clutter in front of a part hides so much
 constexpr double kOpenGap = 0.05;      ///< m; a longer gap is not noise: something hides the part there
@@ -139,6 +141,8 @@ bool takes(PartCandidate& g, const PartCandidate& h, const std::vector<PartCandi
   for (const PartCandidate& o : likely) {
     if (parts(g.handle, h.handle, o.handle)) return false;
   }
+  // What is hardly a part itself makes no other one longer: its middle, where it is held, would move.
+  if (h.handle.confidence < kExtends) return true;
   PartCandidate longer = g;
   extend(longer, h);
   const bool over = std::any_of(likely.begin(), likely.end(), [&](const PartCandidate& o) {
@@ -184,10 +188,14 @@ void may_be_members(const Rows& rows, std::size_t seed, float slack, std::int32_
 
 }  // namespace
 
-/// Of parts on the same place the likeliest one stays; pieces of one part become one.
+/// Of parts on the same place the likeliest one stays, of sure ones the longest; pieces of one part become one.
 void PartSearch::resolve() {
   std::sort(all_.begin(), all_.end(), [](const PartCandidate& a, const PartCandidate& b) {
     const Handle &g = a.handle, &h = b.handle;
+    // A short piece in the bend of a bow is as sure as the straight piece beside it, and explains it less.
+    const double sure_g = std::min(g.confidence, kSure), sure_h = std::min(h.confidence, kSure);
+    if (sure_g != sure_h) return sure_g > sure_h;
+    if (g.length != h.length) return g.length > h.length;
     return g.confidence != h.confidence ? g.confidence > h.confidence : g.affordances < h.affordances;
   });
   kept_.clear();
