@@ -139,6 +139,26 @@ TEST(BowGroups, ABowIsOneGroupAboutItsMiddle) {
   EXPECT_FALSE(of_bow(handle, piece)) << "thicker";
   piece.radius = 0.008, piece.center = {0, 0, kPart};
   EXPECT_FALSE(of_bow(handle, piece)) << "beside it";
+  piece.center = on.point, piece.length = 0.02;
+  EXPECT_TRUE(of_bow(handle, piece));
+  piece.length = 0.12;
+  EXPECT_FALSE(of_bow(handle, piece)) << "most of it is straight on";
+}
+
+TEST(Bow, IsTangledWhereItComesBackToItself) {
+  Bow bow;
+  EXPECT_FALSE(bow.tangled(0.02));
+  // Round and round on a circle of 15 mm, and the same as a spiral whose turns are 30 mm apart.
+  Bow spiral;
+  for (int k = 0; k < 40; ++k) {
+    const double angle = k * kBowStep / 0.015, r = 0.015 + 0.030 * angle / (2 * kPi);
+    bow.path.push_back({0.015 * std::cos(angle), 0.015 * std::sin(angle), kPart});
+    spiral.path.push_back({r * std::cos(angle), r * std::sin(angle), kPart});
+  }
+  EXPECT_TRUE(bow.tangled(0.01));
+  EXPECT_FALSE(spiral.tangled(0.01));
+  bow.path.resize(12);
+  EXPECT_FALSE(bow.tangled(0.01)) << "half a turn";
 }
 
 }  // namespace

@@ -152,6 +152,16 @@ bool Bow::curved() const {
   return true;
 }
 
+bool Bow::tangled(double width) const {
+  const auto apart = static_cast<std::size_t>(std::ceil(2 * width / kBowStep)) + 1;
+  for (std::size_t i = 0; i < path.size(); ++i) {
+    for (std::size_t k = i + apart; k < path.size(); ++k) {
+      if (norm(path[k] - path[i]) < width) return true;
+    }
+  }
+  return false;
+}
+
 bool trace_bow(const DepthImage& image, const Cylinder& start, double sigma, Bow& bow) {
   bow.clear();
   if (start.radius > kThickest || start.radius < kThinnest) return false;

@@ -22,6 +22,8 @@ struct Bow {
   void clear() { path.clear(), widths.clear(), length = turn = 0, closed = false; }
   /// Whether it bends everywhere: no stretch of 60 mm is straight to 0.2 rad.
   bool curved() const;
+  /// Whether it comes nearer to itself than `width` (m): the tracing went round in a blob, not along a part.
+  bool tangled(double width) const;
   /// Unit; at a place.
   Vector3 tangent(std::size_t i) const;
 };

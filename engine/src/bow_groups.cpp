@@ -25,17 +25,6 @@ bool on_path(const std::vector<Vector3>& path, double radius, const Vector3& cen
   return std::fabs(dot(tangent, axis)) > kCosAlong;
 }
 
-/// Whether a path comes near itself again: the tracing went round in a blob, not along a part.
-bool tangled(const Bow& bow, double width) {
-  const auto apart = static_cast<std::size_t>(std::ceil(2 * width / kBowStep)) + 1;
-  for (std::size_t i = 0; i < bow.path.size(); ++i) {
-    for (std::size_t k = i + apart; k < bow.path.size(); ++k) {
-      if (norm(bow.path[k] - bow.path[i]) < width) return true;
-    }
-  }
-  return false;
-}
-
 }  // namespace
 
 bool of_bow(const Handle& bow, const Handle& piece) {
@@ -75,7 +64,7 @@ void find_bows(const std::vector<Affordance>& affordances, const DepthImage& ima
       if (!taken[i] && on_path(bow.path, 2 * radius, affordances[i].center, affordances[i].axis)) taken[i] = 1;
     }
     if (bow.closed || bow.turn < kLeastTurn || bow.length < std::max(kLeastBow, kLeastWidths * 2 * radius)) continue;
-    if (!bow.curved() || tangled(bow, 2 * radius)) continue;
+    if (!bow.curved() || bow.tangled(2 * radius)) continue;
     const std::size_t at = bow.path.size() / 2;
     const Vector3 axis = bow.tangent(at), to_sensor = image.viewpoint() - bow.path[at];
     const Vector3 ahead = normalized(to_sensor - dot(to_sensor, axis) * axis, any_perpendicular(axis));

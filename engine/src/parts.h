@@ -30,7 +30,6 @@ class PartSearch {
 
  private:
   void make_groups(const std::vector<Affordance>& affordances);
-  void resolve();
 
   const Options* options_;
   Conditions conditions_;
