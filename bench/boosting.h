@@ -16,7 +16,7 @@ struct Example {
 };
 
 struct Settings {
-  int trees = 120;
+  int trees = 480;
   double rate = 0.1;         ///< share of each step that is taken
   double least_leaf = 60;    ///< examples in a leaf
   double ridge = 1;          ///< in units of the loss's second derivative

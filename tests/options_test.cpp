@@ -184,7 +184,7 @@ TEST(Options, DefaultsThatFollowOthers) {
   options.proposal_sigma = 0.007, options.reach = 0.2;
   EXPECT_EQ(options.effective_proposal_sigma(), 0.007);
   EXPECT_EQ(options.effective_reach(), 0.2);
-  EXPECT_EQ(options.effective_min_confidence(), 0.65);
+  EXPECT_EQ(options.effective_min_confidence(), 0.8);
   options.method = Method::kPaper;
   EXPECT_EQ(options.effective_min_confidence(), 0) << "that method's numbers are not probabilities";
   options.min_confidence = 0.3;

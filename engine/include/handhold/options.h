@@ -74,7 +74,7 @@ struct Options {
   double handle_gap = 0.015;        ///< m; a longer stretch without affordances along the axis ends a handle
   int handle_min_affordances = 3;   ///< aligned affordances that a handle needs, >= 1
   double handle_min_length = 0.02;  ///< m; extent along the axis that a handle needs
-  /// 0..1; handles below it are left out; default: 0.65, with the paper's method 0. A hand that closes on nothing is
+  /// 0..1; handles below it are left out; default: 0.8, with the paper's method 0. A hand that closes on nothing is
   /// worse than a part that is passed over.
   std::optional<double> min_confidence;
   // Running
@@ -82,7 +82,7 @@ struct Options {
                     ///< of as many as tbb::global_control allows when the localizer is made
 
   /// largest radius of curvature worth a look (m)
-  double effective_min_confidence() const { return min_confidence.value_or(method == Method::kDefault ? 0.65 : 0); }
+  double effective_min_confidence() const { return min_confidence.value_or(method == Method::kDefault ? 0.8 : 0); }
   double effective_reach() const { return reach ? *reach : 1.25 * hand_aperture / 2; }
   /// radii of the neighbourhoods (m)
   std::vector<double> effective_radius() const {
@@ -149,7 +149,7 @@ void visit_options(O& o, Visitor&& visit) {
         OptionInfo{"handle_min_affordances", "", "aligned affordances that a handle needs (1 or more)"});
   visit(o.handle_min_length, OptionInfo{"handle_min_length", "m", "extent along the axis that a handle needs"});
   visit(o.min_confidence, OptionInfo{"min_confidence", "",
-                                     "0 to 1: handles below it are left out; default 0.65, 0 with the paper's method"});
+                                     "0 to 1: handles below it are left out; default 0.8, 0 with the paper's method"});
   visit(o.threads, OptionInfo{"threads", "", "threads to use; 0: all"});
 }
 
