@@ -40,7 +40,7 @@ bool of_bow(const Handle& bow, const Handle& piece) {
 
 /// Thin parts that bend, from the best affordances on; each becomes a group about its middle.
 void find_bows(const std::vector<Affordance>& affordances, const DepthImage& image, std::vector<PartGroup>& groups,
-               std::vector<Bow>& bows) {
+               std::vector<Bow>& bows, const Budget& budget) {
   bows.clear();
   std::vector<std::uint32_t> thin;
   for (std::uint32_t i = 0; i < affordances.size(); ++i) {
@@ -53,6 +53,7 @@ void find_bows(const std::vector<Affordance>& affordances, const DepthImage& ima
   Bow bow;
   for (const std::uint32_t seed : thin) {
     if (taken[seed]) continue;
+    if (budget.spent()) break;
     taken[seed] = 1;
     const Affordance& s = affordances[seed];
     if (!trace_bow(image, {s.center, s.axis, s.radius}, depth_noise(norm(image.viewpoint() - s.center)), bow)) continue;

@@ -4,6 +4,7 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <iterator>
 #include <limits>
@@ -62,7 +63,7 @@ void may_be_members(const Rows& rows, std::size_t seed, float slack, std::int32_
 }  // namespace
 
 /// Groups about the best affordances first. An affordance may be in several: which one is right the points decide.
-void PartSearch::make_groups(const std::vector<Affordance>& affordances) {
+void PartSearch::make_groups(const std::vector<Affordance>& affordances, const Budget& budget) {
   groups_.clear();
   const std::size_t n = affordances.size();
   std::vector<std::uint8_t> uses(n, 0);
@@ -80,6 +81,7 @@ void PartSearch::make_groups(const std::vector<Affordance>& affordances) {
   std::vector<std::int32_t> near(n);
   for (const std::uint32_t seed : order) {
     if (uses[seed] >= kMostUses) continue;
+    if (budget.spent()) break;
     const Affordance& s = affordances[seed];
     members.clear();
     may_be_members(rows, seed, slack, near.data());
@@ -132,10 +134,11 @@ void PartSearch::make_groups(const std::vector<Affordance>& affordances) {
   }
 }
 
-void PartSearch::run(const std::vector<Affordance>& affordances, const TileStore& tiles, const NeighbourIndex& index,
-                     const DepthImage& image, std::vector<Handle>& handles, Funnel& funnel) {
-  make_groups(affordances);
-  if (conditions_.bows) find_bows(affordances, image, groups_, bows_);
+bool PartSearch::run(const std::vector<Affordance>& affordances, const TileStore& tiles, const NeighbourIndex& index,
+                     const DepthImage& image, std::vector<Handle>& handles, Funnel& funnel, const Budget& budget) {
+  std::atomic<bool> done{true};
+  make_groups(affordances, budget);
+  if (conditions_.bows) find_bows(affordances, image, groups_, bows_, budget);
   found_.resize(std::max(found_.size(), groups_.size()));
   for (std::vector<PartCandidate>& found : found_) found.clear();
   for (PartCheck& check : checks_) check.begin(*options_, tiles, index, image, conditions_);
@@ -145,7 +148,13 @@ void PartSearch::run(const std::vector<Affordance>& affordances, const TileStore
         bool exists = false;
         PartCheck& check = checks_.local(exists);
         if (!exists) check.begin(*options_, tiles, index, image, conditions_);
-        for (std::size_t g = range.begin(); g < range.end(); ++g) check.run(groups_[g], affordances, found_[g]);
+        for (std::size_t g = range.begin(); g < range.end(); ++g) {
+          if (budget.spent()) {
+            done.store(false, std::memory_order_relaxed);
+            return;
+          }
+          check.run(groups_[g], affordances, found_[g]);
+        }
       },
       tbb::simple_partitioner());
   std::vector<std::uint8_t> fate(affordances.size(), kNotAligned);
@@ -176,6 +185,7 @@ void PartSearch::run(const std::vector<Affordance>& affordances, const TileStore
        : f == kLowConfidence ? funnel.low_confidence
                              : funnel.in_handles);
   }
+  return done && !budget.spent();
 }
 
 }  // namespace handhold

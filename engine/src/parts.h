@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "budget.h"
 #include "depth_image.h"
 #include "handhold/options.h"
 #include "handhold/result.h"
@@ -20,16 +21,17 @@ class PartSearch {
   explicit PartSearch(const Options& options, const Conditions& conditions = {})
       : options_(&options), conditions_(conditions) {}
 
-  /// Finds the handles of the affordances and counts where each affordance ended.
-  void run(const std::vector<Affordance>& affordances, const TileStore& tiles, const NeighbourIndex& index,
-           const DepthImage& image, std::vector<Handle>& handles, Funnel& funnel);
+  /// Finds the handles of the affordances and counts where each affordance ended. False: the budget was spent, and
+  /// groups of lesser affordances were left out.
+  bool run(const std::vector<Affordance>& affordances, const TileStore& tiles, const NeighbourIndex& index,
+           const DepthImage& image, std::vector<Handle>& handles, Funnel& funnel, const Budget& budget = {});
 
   /// Those of the last run's parts that no other one explains, best first: also those that are no handles for want of
   /// confidence.
   const std::vector<PartCandidate>& candidates() const { return kept_; }
 
  private:
-  void make_groups(const std::vector<Affordance>& affordances);
+  void make_groups(const std::vector<Affordance>& affordances, const Budget& budget);
 
   const Options* options_;
   Conditions conditions_;

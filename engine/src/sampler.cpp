@@ -97,9 +97,10 @@ void Sampler::draw_uniform(int round, int sample, int n, float* xyz) const {
   }
 }
 
-void Sampler::uniform(int round, int n, float* xyz) const {
+void Sampler::uniform(int round, int n, float* xyz, const Budget& budget) const {
   tbb::parallel_for(tbb::blocked_range<int>(0, n, 4 * kUniformAtOnce), [&](const auto& range) {
     for (int i = range.begin(); i < range.end(); i += kUniformAtOnce) {
+      budget.check();
       draw_uniform(round, i, std::min(kUniformAtOnce, range.end() - i), xyz + 3 * i);
     }
   });
@@ -298,14 +299,15 @@ void Sampler::snap(std::vector<Proposal>& proposals, Scratch& s, float* xyz) con
   }
 }
 
-void Sampler::propose(int round, int n, float* xyz) {
+void Sampler::propose(int round, int n, float* xyz, const Budget& budget) {
   if (centres_.empty()) {
-    uniform(round, n, xyz);
+    uniform(round, n, xyz, budget);
     return;
   }
   proposals_.resize(static_cast<std::size_t>(n));
   tbb::parallel_for(tbb::blocked_range<int>(0, n, 16), [&](const auto& range) {
     for (int i = range.begin(); i < range.end(); ++i) {
+      if (i % 16 == 0) budget.check();
       Proposal& p = proposals_[static_cast<std::size_t>(i)];
       if (next(round, i, 0, p)) continue;
       p.attempt = kTries;
@@ -326,6 +328,7 @@ void Sampler::propose(int round, int n, float* xyz) {
   tbb::parallel_for(tbb::blocked_range<std::size_t>(0, runs, 4), [&](const auto& range) {
     Scratch& s = scratch_.local();
     for (std::size_t run = range.begin(); run < range.end(); ++run) {
+      if (run % 4 == 0) budget.check();
       s.run.assign(proposals_.begin() + static_cast<std::ptrdiff_t>(runs_[run]),
                    proposals_.begin() + static_cast<std::ptrdiff_t>(runs_[run + 1]));
       snap(s.run, s, xyz);

@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "budget.h"
 #include "depth_image.h"
 #include "handhold/options.h"
 #include "index.h"
@@ -31,14 +32,15 @@ class Sampler {
   std::size_t points() const { return options_->workspace ? inside_.size() : tiles_->finite_points(); }
 
   /// n samples, uniformly over the points. xyz: 3 * n (m).
-  void uniform(int round, int n, float* xyz) const;
+  /// @throws Budget::Spent; so does propose
+  void uniform(int round, int n, float* xyz, const Budget& budget = {}) const;
 
   /// The centres of the affordances found so far (m): what proposals are drawn about.
   void set_centres(const std::vector<Vector3>& centres);
 
   /// n samples from the proposal distribution about the centres, brought to the nearest point of the cloud within the
   /// first radius. A sample that finds none in 100 tries is drawn uniformly. Parallel. With no centres all are uniform.
-  void propose(int round, int n, float* xyz);
+  void propose(int round, int n, float* xyz, const Budget& budget = {});
 
   /// The raw draw of Algorithm 2 (or of g_sum) before it is brought to the cloud: which centre, where, and whether it
   /// is accepted. For tests of the distribution.
