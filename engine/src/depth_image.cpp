@@ -58,7 +58,8 @@ bool DepthImage::fit_projection(const CloudView& cloud) {
   using Row = Eigen::Matrix<double, 9, 1>;
   Eigen::Matrix<double, 9, 9> A = Eigen::Matrix<double, 9, 9>::Zero();
   const std::size_t stride = cloud.size() / 4096 | 1;  // odd: not down one column
-  std::vector<std::size_t> used;
+  std::vector<std::size_t>& used = used_;
+  used.clear();
   for (std::size_t i = 0; i < cloud.size(); i += stride) {
     if (!usable(cloud.point(i))) continue;
     const Vector3 d = point(cloud.point(i)) - viewpoint_;
@@ -118,8 +119,9 @@ void DepthImage::read_organized(const CloudView& cloud, const Budget& budget) {
 /// A z-buffer whose pixels are as large as it takes for most of them to get a point.
 void DepthImage::draw_unorganized(const CloudView& cloud, const Budget& budget) {
   Vector3 forward{};
-  std::vector<Vector3> directions;
-  std::vector<double> distances;
+  std::vector<Vector3>& directions = directions_;
+  std::vector<double>& distances = distances_;
+  directions.clear(), distances.clear();
   const std::size_t stride = cloud.size() / 8192 | 1;
   for (std::size_t i = 0; i < cloud.size(); i += stride) {
     if (!usable(cloud.point(i))) continue;
@@ -135,7 +137,8 @@ void DepthImage::draw_unorganized(const CloudView& cloud, const Budget& budget) 
   // Extent of the view: all but the outermost directions.
   std::nth_element(distances.begin(), distances.begin() + static_cast<std::ptrdiff_t>(distances.size() / 2),
                    distances.end());
-  std::vector<double> us, vs;
+  std::vector<double>&us = us_, &vs = vs_;
+  us.clear(), vs.clear();
   for (const Vector3& d : directions) {
     const double z = dot(d, forward);
     if (z < 0.17) continue;  // beyond 80 degrees
@@ -151,7 +154,8 @@ void DepthImage::draw_unorganized(const CloudView& cloud, const Budget& budget) 
   const double du = *u_high - u0 + margin, dv = *v_high - v0 + margin;
   // Share of the view that holds points, on a coarse grid.
   constexpr int kGrid = 48;
-  std::vector<char> hit(kGrid * kGrid, 0);
+  std::vector<char>& hit = hit_;
+  hit.assign(kGrid * kGrid, 0);
   for (std::size_t i = 0; i < us.size(); ++i) {
     const int a = std::min(kGrid - 1, static_cast<int>((us[i] - u0) / du * kGrid));
     const int b = std::min(kGrid - 1, static_cast<int>((vs[i] - v0) / dv * kGrid));

@@ -105,6 +105,10 @@ class DepthImage {
     bool border;         ///< some of them are at the image's border
   };
   std::vector<Run> runs_;
+  std::vector<std::size_t> used_;  ///< pixels that the projection is fitted to
+  std::vector<Vector3> directions_;
+  std::vector<double> distances_, us_, vs_;
+  std::vector<char> hit_;
 };
 
 }  // namespace handhold

@@ -64,7 +64,8 @@ struct Localizer::Impl {
         sampler(options),
         search(options, c),
         handle_search(options),
-        part_search(options, c) {
+        part_search(options, c),
+        rounds(Sampler::rounds(o)) {
     // TBB warns on the console when an arena asks for more than the process allows; the result does not depend on it.
     const auto allowed = tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism);
     if (o.threads > 0)
@@ -86,6 +87,8 @@ struct Localizer::Impl {
   std::vector<Step> steps;      ///< where each of them ended
   std::uint32_t looked_at = 0;  ///< how many of them the last frame had
   std::vector<Vector3> centres;
+  Spares<Handle> spares;
+  std::vector<int> rounds;  ///< samples of each
   std::atomic<bool> cancelled{false};
   double grouping_ms = 0;  ///< what the last frames' handles took, at most and fading
 
@@ -133,7 +136,7 @@ struct Localizer::Impl {
     result.status = Status::kDeadline;
     if (budget.cancelled()) {
       result.status = Status::kCancelled;
-      result.handles.clear();
+      spares.take(result.handles);
       result.affordances.clear();
       result.funnel = {};
       looked_at = 0;
@@ -148,7 +151,7 @@ struct Localizer::Impl {
     result.status = Status::kOk;
     result.points = cloud.size();
     result.finite_points = 0;
-    result.handles.clear();
+    spares.take(result.handles);
     result.affordances.clear();
     result.funnel = {};
     result.times_ms = {};
@@ -190,7 +193,6 @@ struct Localizer::Impl {
       result.status = Status::kTooFewPoints;
     } else {
       std::uint32_t first = 0;
-      const std::vector<int> rounds = Sampler::rounds(options);
       samples.resize(3 * static_cast<std::size_t>(options.samples));
       steps.resize(static_cast<std::size_t>(options.samples));
       // What was found has to become handles in time, too.
@@ -259,9 +261,9 @@ struct Localizer::Impl {
     f.affordances = count[static_cast<std::size_t>(Step::kAffordance)];
     f.cut = count[static_cast<std::size_t>(Step::kCut)];
     if (image.empty()) {
-      handle_search.run(result.affordances, result.handles, f);
+      handle_search.run(result.affordances, spares, result.handles, f);
     } else {
-      done = part_search.run(result.affordances, tiles, *index, image, result.handles, f, budget);
+      done = part_search.run(result.affordances, tiles, *index, image, spares, result.handles, f, budget);
     }
     result.times_ms.handles = milliseconds(start, Clock::now());
     if (done) grouping_ms = std::max(result.times_ms.handles, 0.9 * grouping_ms);
@@ -313,7 +315,7 @@ Localizer LocalizerInside::make(const Options& options, const Conditions& condit
   localizer.impl_ = std::make_unique<Localizer::Impl>(options, conditions);
   return localizer;
 }
-const std::vector<PartCandidate>& LocalizerInside::candidates(const Localizer& localizer) {
+const Recycled<PartCandidate>& LocalizerInside::candidates(const Localizer& localizer) {
   return localizer.impl_->part_search.candidates();
 }
 
@@ -339,7 +341,8 @@ void localize_samples(const Options& options, const CloudView& cloud, const std:
   search.run(samples.front().data(), static_cast<std::uint32_t>(samples.size()), 0, steps.data(), result.affordances);
   result.funnel.samples = static_cast<std::int64_t>(samples.size());
   result.funnel.affordances = static_cast<std::int64_t>(result.affordances.size());
-  handles.run(result.affordances, result.handles, result.funnel);
+  Spares<Handle> spares;
+  handles.run(result.affordances, spares, result.handles, result.funnel);
 }
 
 }  // namespace handhold

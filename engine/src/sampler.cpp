@@ -37,6 +37,11 @@ Vector3 to_double(const float* p) {
 
 }  // namespace
 
+Sampler::Sampler(const Options& options) : options_(&options) {
+  const std::vector<double> radii = options.effective_radius();
+  snap_radius_ = static_cast<float>(*std::max_element(radii.begin(), radii.end()));
+}
+
 std::vector<int> Sampler::rounds(const Options& options) {
   const int n = options.samples;
   if (options.strategy == Strategy::kUniform) return {n};
@@ -62,8 +67,6 @@ void Sampler::begin(const TileStore& tiles, const NeighbourIndex& index, const D
   tiles_ = &tiles;
   image_ = image && !image->empty() ? image : nullptr;
   index_ = &index;
-  const std::vector<double> radii = options_->effective_radius();
-  snap_radius_ = static_cast<float>(*std::max_element(radii.begin(), radii.end()));
   inside_.clear();
   if (!options_->workspace) return;
   for (std::size_t rank = 0; rank < tiles.finite_points(); ++rank) {
@@ -141,7 +144,9 @@ void Sampler::set_centres(const std::vector<Vector3>& centres) {
   };
   const auto added = entries_.begin() + static_cast<std::ptrdiff_t>(known);
   std::sort(added, entries_.end(), before);
-  std::inplace_merge(entries_.begin(), added, entries_.end(), before);
+  merged_.resize(entries_.size());
+  std::merge(entries_.begin(), added, added, entries_.end(), merged_.begin(), before);
+  std::swap(entries_, merged_);
   entry_of_.resize(centres.size());
   double farthest = 0;
   for (std::size_t k = 0; k < 3; ++k) rough_[k].assign(entries_.size() + 15, 0.0f);

@@ -19,7 +19,7 @@ namespace handhold {
 /// on the number of threads.
 class Sampler {
  public:
-  explicit Sampler(const Options& options) : options_(&options) {}
+  explicit Sampler(const Options& options);
 
   /// Samples of each round: one round for uniform sampling; otherwise half of the samples (0.4 of more than 2000) and
   /// ten equal rounds, the last one with the remainder.
@@ -91,7 +91,7 @@ class Sampler {
     Vector3 position;
   };
   std::vector<Vector3> centres_;
-  std::vector<Entry> entries_;
+  std::vector<Entry> entries_, merged_;
   std::vector<std::uint32_t> entry_of_;  ///< centre -> its entry
   /// The entries' positions relative to the first one, in single precision (m); with 15 more numbers.
   std::array<std::vector<float>, 3> rough_;
