@@ -16,6 +16,7 @@
 #include "handhold/io.h"
 #include "handhold/localizer.h"
 #include "kernels.h"
+#include "option_arguments.h"
 #include "picture.h"
 #include "progress.h"
 #include "report.h"
@@ -24,16 +25,16 @@
 #include "subcommand.h"
 #include "threads.h"
 #include "usage_error.h"
+#include "why_failed.h"
 
 namespace handhold {
 namespace {
 
 struct Arguments {
-  OptionTexts options;
+  OptionArguments options;
   std::string cloud, depth;
   std::string fx, fy, cx, cy, depth_unit;
   std::string viewpoint;
-  std::string config, hand;
   std::string json, picture;
   std::string repeat;
   bool explain = false, print_options = false, no_times = false, show_samples = false;
@@ -55,8 +56,7 @@ void add_flags(CLI::App& app, Arguments& a) {
   text("--depth-unit-m", a.depth_unit, "U", "Metres of one step of the image's values (0.001: millimetres)", input);
   text("--viewpoint", a.viewpoint, "X Y Z|none",
        "Where the sensor stood (m), instead of what the cloud says; none: merged views", input);
-  text("--config", a.config, "F.toml", "Options from a file; flags win over it, it wins over --hand", input);
-  text("--hand", a.hand, "NAME", "Options of a known hand: baxter", input);
+  add_preset_flags(app, a.options, input);
 
   const char* output = "Output";
   text("--json", a.json, "F", "Write the result as JSON; '-' is standard output", output);
@@ -67,31 +67,7 @@ void add_flags(CLI::App& app, Arguments& a) {
   flag("--print-options", a.print_options, "Print the options in effect as TOML for --config, and exit", output);
   text("--repeat", a.repeat, "N", "Run N times after a warm-up: times are medians and 99th percentiles", output);
   flag("--no-times", a.no_times, "Leave out what differs from run to run: times, number of threads", output);
-  add_option_flags(app, a.options);
-}
-
-/// Defaults < --hand < --config < flags.
-Options effective_options(const Arguments& a) {
-  Options options;
-  if (!a.hand.empty()) {
-    if (a.hand != "baxter") throw UsageError("--hand: unknown hand '" + a.hand + "'; must be 'baxter'");
-    options = Options::baxter();
-  }
-  ConfigLines lines;
-  if (!a.config.empty()) lines = apply_toml_file(options, a.config);
-  apply_option_texts(options, a.options);
-  try {
-    options.validate();
-  } catch (const OptionError& error) {
-    // The message names the option first; say where it was set.
-    const std::string message = error.what();
-    const std::string name = message.substr(0, message.find_first_not_of("abcdefghijklmnopqrstuvwxyz_0123456789"));
-    const auto text = a.options.find(name);
-    if (text != a.options.end() && !text->second.empty()) throw UsageError(with_flag(name, message));
-    if (lines.count(name)) throw UsageError(a.config + ", line " + std::to_string(lines.at(name)) + ": " + message);
-    throw;
-  }
-  return options;
+  add_option_flags(app, a.options.texts);
 }
 
 double number(const char* flag, const std::string& text) {
@@ -184,48 +160,6 @@ void check_outputs(const Arguments& a, const std::string& input) {
   }
 }
 
-/// Largest side of the box around the finite points (m).
-double extent(const CloudView& cloud) {
-  double side = 0;
-  for (int axis = 0; axis < 3; ++axis) {
-    float low = INFINITY, high = -INFINITY;
-    for (std::size_t i = 0; i < cloud.size(); ++i) {
-      const float* p = cloud.point(i);
-      if (!std::isfinite(p[0]) || !std::isfinite(p[1]) || !std::isfinite(p[2])) continue;
-      low = std::min(low, p[axis]);
-      high = std::max(high, p[axis]);
-    }
-    if (low <= high) side = std::max(side, static_cast<double>(high) - low);
-  }
-  return side;
-}
-
-/// Empty for a cloud that was searched, otherwise why it was not.
-std::string why_failed(const std::string& path, const CloudView& cloud, const Options& options, const Result& result) {
-  switch (result.status) {
-    case Status::kOk:
-    case Status::kDeadline:
-      return {};
-    case Status::kCancelled:
-      break;
-    case Status::kEmpty:
-      return "'" + path + "' has no points; give a cloud with points";
-    case Status::kNoFinitePoints:
-      return "'" + path +
-             "' has no finite point: in each, a coordinate is NaN or infinite; give a cloud with measured points";
-    case Status::kTooFewPoints:
-      return "'" + path + "' has only " + std::to_string(result.finite_points) +
-             " finite points, fewer than one fit needs (" + std::to_string(options.min_neighbours) +
-             "); give a denser cloud or lower --min-neighbours";
-    case Status::kSuspiciousUnits: {
-      char width[32];
-      std::snprintf(width, sizeof width, "%.3g", extent(cloud) / 1000);
-      return "'" + path + "' is " + width + " km wide, so its unit is probably the millimetre; convert it to metres";
-    }
-  }
-  return "'" + path + "': " + std::string(to_string(result.status));
-}
-
 /// One run, or a warm-up and `repeat` runs.
 std::vector<StageTimes> run_repeatedly(Localizer& localizer, const CloudView& cloud, int repeat, Result& result,
                                        Progress& progress) {
@@ -243,7 +177,7 @@ std::vector<StageTimes> run_repeatedly(Localizer& localizer, const CloudView& cl
 }
 
 int run(const Arguments& a) {
-  const Options options = effective_options(a);
+  const Options options = effective_options(a.options);
   const int repeat = parse_repeat(a.repeat);
   if (a.print_options) {
     write_and_flush(stdout, to_toml(options), "standard output");

@@ -15,6 +15,8 @@ struct Subcommand {
 
 /// `handhold localize`: from a cloud to handles.
 Subcommand add_localize(CLI::App& parent);
+/// `handhold batch`: the same for many clouds.
+Subcommand add_batch(CLI::App& parent);
 /// `handhold simulate`: from scenes to clouds and truth.
 Subcommand add_simulate(CLI::App& parent);
 /// `handhold evaluate`: results against the truth.
