@@ -229,6 +229,7 @@ TEST_F(Cli, EveryOptionIsAFlag) {
                                     {"handle_min_affordances", "4"},
                                     {"handle_min_length", "0.03"},
                                     {"min_confidence", "0.25"},
+                                    {"deadline_ms", "12.5"},
                                     {"threads", "3"}};
   const std::string defaults = output({"localize", "--print-options"});
   Words seen;
