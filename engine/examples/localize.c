@@ -1,5 +1,4 @@
-/* Finds what can be held in a frame, in C. The frame is made up: a rod before the sensor. With CMake, for a project of
-   C and CXX (CXX only to link what is written in C++):
+/* Finds what can be held in a frame, in C. The frame is made up: a rod before the sensor. With CMake:
      find_package(handhold REQUIRED)
      target_link_libraries(your_program PRIVATE handhold::c)
    Without: gcc -std=c99 localize.c $(pkg-config --cflags --libs handhold_c) -lm */
