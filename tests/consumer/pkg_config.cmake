@@ -1,5 +1,6 @@
 # Builds the examples by what pkg-config says about an installation that was moved.
-# cmake -DPREFIX= -DLIBDIR=<below the prefix> -DWORK= -DVERSION= -DCC= -DCXX= -DPKG_CONFIG= -DEXAMPLES= -P pkg_config.cmake
+# cmake -DPREFIX= -DLIBDIR=<below the prefix> -DWORK= -DVERSION= -DCC= -DCXX= -DPKG_CONFIG= -DEXAMPLES=
+#       -P pkg_config.cmake
 include(${CMAKE_CURRENT_LIST_DIR}/run.cmake)
 
 file(REMOVE_RECURSE ${WORK})

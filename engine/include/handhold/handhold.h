@@ -115,8 +115,8 @@ HANDHOLD_API const char* handhold_option_help(size_t index);
 /// last frame's result.
 typedef struct handhold_localizer handhold_localizer;
 
-/// A cloud in the caller's memory; nothing is copied, and nothing is kept after the call. All zero but data, width and
-/// height is a packed cloud whose sensor stood in the origin.
+/// A cloud in the caller's memory, which is never written and must live as long as the call. All zero but data, width
+/// and height is a packed cloud whose sensor stood in the origin.
 typedef struct handhold_cloud {
   const float* data;      ///< x of the first point: x, y, z (m) as three floats; NaN where nothing was measured
   uint32_t width;         ///< points in a row
