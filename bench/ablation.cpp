@@ -145,7 +145,7 @@ Usual usual_evidence(const std::string& folder, const std::vector<Scene>& scenes
     const Cloud cloud = read_cloud(folder + "/" + scenes[s].name + ".pcd");
     Localizer localizer(options);
     localizer.localize(cloud.view());
-    const std::vector<PartCandidate>& candidates = LocalizerInside::candidates(localizer);
+    const Recycled<PartCandidate>& candidates = LocalizerInside::candidates(localizer);
     std::vector<Handle> handles;
     for (const PartCandidate& candidate : candidates) handles.push_back(candidate.handle);
     const evaluation::SceneScore score = evaluation::score_scene(scenes[s].name, scenes[s].parts, handles);

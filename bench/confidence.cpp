@@ -38,7 +38,7 @@ std::vector<Example> examples_of(const std::string& folder, const Options& optio
     Localizer localizer(options);
     localizer.localize(cloud.view());
     // Each straight piece for itself, before they become curved handles.
-    const std::vector<PartCandidate>& candidates = LocalizerInside::candidates(localizer);
+    const Recycled<PartCandidate>& candidates = LocalizerInside::candidates(localizer);
     std::vector<Handle> handles;
     for (const PartCandidate& candidate : candidates) handles.push_back(candidate.handle);
     const evaluation::SceneScore score = evaluation::score_scene(name, parts, handles);

@@ -46,8 +46,9 @@ TEST(Bow, AnArcIsFollowedFromEndToEnd) {
   for (const double radius : {0.04, 0.06, 0.1}) {
     for (const double at : {0.4, 1.5, 2.6}) {
       SCOPED_TRACE(testing::Message() << radius << ' ' << at);
+      BowScratch scratch;
       Bow bow;
-      ASSERT_TRUE(trace_bow(image_of(arc(radius, 0.008, 0.1, 3.0)), start(radius, 0.008, at), 0.001, bow));
+      ASSERT_TRUE(trace_bow(image_of(arc(radius, 0.008, 0.1, 3.0)), start(radius, 0.008, at), 0.001, scratch, bow));
       EXPECT_FALSE(bow.closed);
       // Wider ones may look straight over 60 mm, at this resolution.
       if (radius < 0.08) {
@@ -79,32 +80,35 @@ TEST(Bow, ACornerIsTurned) {
   const DepthImage image = image_of([&](double x, double y) {
     return near(x, y, 0, 0.08, 0, 0) || near(x, y, 0, 0, 0.06, -0.06) ? kPart : kPart + 0.15;
   });
+  BowScratch scratch;
   Bow bow;
-  ASSERT_TRUE(trace_bow(image, {{0, 0.05, kPart + half}, {0, 1, 0}, half}, 0.001, bow));
+  ASSERT_TRUE(trace_bow(image, {{0, 0.05, kPart + half}, {0, 1, 0}, half}, 0.001, scratch, bow));
   EXPECT_GT(bow.length, 0.14);
   EXPECT_GT(std::max(bow.path.front()[0], bow.path.back()[0]), 0.045);
   EXPECT_GT(bow.turn, 0.5);
 }
 
 TEST(Bow, ARingClosesAndARodIsStraight) {
+  BowScratch scratch;
   Bow bow;
-  ASSERT_TRUE(trace_bow(image_of(arc(0.06, 0.008, -4, 4)), start(0.06, 0.008, 1), 0.001, bow));
+  ASSERT_TRUE(trace_bow(image_of(arc(0.06, 0.008, -4, 4)), start(0.06, 0.008, 1), 0.001, scratch, bow));
   EXPECT_TRUE(bow.closed);
   const DepthImage rod = image_of([](double x, double) { return std::fabs(x) < 0.01 ? kPart : kPart + 0.15; });
-  ASSERT_TRUE(trace_bow(rod, {{0, 0, kPart + 0.01}, {0, 1, 0}, 0.01}, 0.001, bow));
+  ASSERT_TRUE(trace_bow(rod, {{0, 0, kPart + 0.01}, {0, 1, 0}, 0.01}, 0.001, scratch, bow));
   EXPECT_FALSE(bow.curved());
   EXPECT_LT(bow.turn, 2 * bow.length) << "a bow of 50 mm radius turns 20 rad a metre; here only pixels do";
 }
 
 TEST(Bow, IsNoneOnASurfaceOrWhereItIsThickOrNothingIsSeen) {
+  BowScratch scratch;
   Bow bow;
-  EXPECT_FALSE(trace_bow(image_of([](double, double) { return kPart; }), start(0.06, 0.008, 1), 0.001, bow));
-  EXPECT_FALSE(trace_bow(image_of(arc(0.06, 0.025, 0, 3)), start(0.06, 0.025, 1), 0.001, bow)) << "5 cm wide";
+  EXPECT_FALSE(trace_bow(image_of([](double, double) { return kPart; }), start(0.06, 0.008, 1), 0.001, scratch, bow));
+  EXPECT_FALSE(trace_bow(image_of(arc(0.06, 0.025, 0, 3)), start(0.06, 0.025, 1), 0.001, scratch, bow)) << "5 cm wide";
   const DepthImage image = image_of(arc(0.06, 0.008, 0, 3));
-  EXPECT_FALSE(trace_bow(image, start(0.06, 0.008, -1), 0.001, bow)) << "beside it";
-  EXPECT_FALSE(trace_bow(image, {{0, 0, -1}, {0, 1, 0}, 0.008}, 0.001, bow)) << "behind the camera";
+  EXPECT_FALSE(trace_bow(image, start(0.06, 0.008, -1), 0.001, scratch, bow)) << "beside it";
+  EXPECT_FALSE(trace_bow(image, {{0, 0, -1}, {0, 1, 0}, 0.008}, 0.001, scratch, bow)) << "behind the camera";
   const double nan = std::nan("");
-  EXPECT_FALSE(trace_bow(image, {{nan, nan, nan}, {0, 1, 0}, 0.008}, 0.001, bow));
+  EXPECT_FALSE(trace_bow(image, {{nan, nan, nan}, {0, 1, 0}, 0.008}, 0.001, scratch, bow));
   EXPECT_TRUE(bow.path.empty());
 }
 
@@ -117,9 +121,9 @@ TEST(BowGroups, ABowIsOneGroupAboutItsMiddle) {
     a.center = c.point, a.axis = c.axis, a.radius = c.radius, a.quality = 1;
     affordances.push_back(a);
   }
-  std::vector<PartGroup> groups;
-  std::vector<Bow> bows;
-  find_bows(affordances, image, groups, bows);
+  Recycled<PartGroup> groups;
+  Recycled<Bow> bows;
+  BowSearch().run(affordances, image, groups, bows);
   ASSERT_EQ(groups.size(), 1u);
   ASSERT_EQ(bows.size(), 1u);
   EXPECT_EQ(groups[0].bow, &bows[0]);
@@ -146,6 +150,7 @@ TEST(BowGroups, ABowIsOneGroupAboutItsMiddle) {
 }
 
 TEST(Bow, IsTangledWhereItComesBackToItself) {
+  BowScratch scratch;
   Bow bow;
   EXPECT_FALSE(bow.tangled(0.02));
   // Round and round on a circle of 15 mm, and the same as a spiral whose turns are 30 mm apart.

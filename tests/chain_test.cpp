@@ -28,6 +28,11 @@ Vector3 corner(int k) {
   return {0.035 * std::cos(angle), 0.035 * std::sin(angle), 0.8};
 }
 
+void joined(std::vector<Handle>& handles) {
+  Spares<Handle> spares;
+  ChainSearch().join_curved(handles, spares);
+}
+
 TEST(JoinCurved, PiecesOfABowAreOneHandle) {
   std::vector<Handle> handles;
   const int order[4] = {2, 0, 3, 1};
@@ -35,7 +40,7 @@ TEST(JoinCurved, PiecesOfABowAreOneHandle) {
     handles.push_back(piece(corner(order[i]), corner(order[i] + 1), 0.008 + 0.0002 * i, 0.9 - 0.1 * i,
                             static_cast<std::uint32_t>(order[i])));
   }
-  join_curved(handles);
+  joined(handles);
   ASSERT_EQ(handles.size(), 1u);
   const Handle& h = handles[0];
   EXPECT_EQ(h.confidence, 0.9);
@@ -55,7 +60,7 @@ TEST(JoinCurved, LeavesAloneWhatIsNoBow) {
   const Vector3 a{0, 0, 1}, b{0.06, 0, 1}, across{0.06, 0.05, 1}, beyond{0.12, 0, 1}, turned{0.11, 0.03, 1};
   const auto stays = [](const Handle& g, const Handle& h) {
     std::vector<Handle> handles = {g, h};
-    join_curved(handles);
+    joined(handles);
     return handles.size() == 2 && handles[0].path.empty() && handles[1].path.empty();
   };
   EXPECT_FALSE(stays(piece(a, b, 0.008, 0.9, 0), piece(b, turned, 0.008, 0.8, 1))) << "else this test tells nothing";
@@ -66,7 +71,7 @@ TEST(JoinCurved, LeavesAloneWhatIsNoBow) {
   const Vector3 far{0.03, 0, 0};
   EXPECT_TRUE(stays(piece(a, b, 0.008, 0.9, 0), piece(b + far, turned + far, 0.008, 0.8, 1))) << "a gap";
   std::vector<Handle> none;
-  join_curved(none);
+  joined(none);
   EXPECT_TRUE(none.empty());
 }
 
@@ -75,7 +80,7 @@ TEST(JoinCurved, ARingEnds) {
   for (int k = 0; k < 8; ++k) {
     handles.push_back(piece(corner(k), corner(k + 1), 0.008, 0.9, static_cast<std::uint32_t>(k)));
   }
-  join_curved(handles);
+  joined(handles);
   ASSERT_EQ(handles.size(), 1u);
   EXPECT_EQ(handles[0].path.size(), 9u);
 }

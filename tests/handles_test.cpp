@@ -73,7 +73,8 @@ struct Outcome {
 Outcome search(const std::vector<Affordance>& affordances, const Options& options = {}) {
   Outcome outcome;
   outcome.handles.resize(3);  // left over from another frame
-  HandleSearch(options).run(affordances, outcome.handles, outcome.funnel);
+  Spares<Handle> spares;
+  HandleSearch(options).run(affordances, spares, outcome.handles, outcome.funnel);
   std::set<std::uint32_t> used;
   double before = 1;
   for (const Handle& h : outcome.handles) {
@@ -237,14 +238,16 @@ TEST(HandleSearch, GivesTheSameTwice) {
   append(affordances, part(150, kOrigin, kOrigin + Vector3d(0, 0, 0.15), 0.02, &random, 0.4, 0.002));
   const Options options = test::paper_options();
   HandleSearch reused(options);
+  Spares<Handle> spares;
   const auto fresh = search(affordances);
   ASSERT_FALSE(fresh.handles.empty());
   for (int i = 0; i < 3; ++i) {
     Funnel funnel;
     std::vector<Handle> handles;
-    reused.run(part(70, kOrigin, kOrigin + 0.2 * kAxis, 0.01), handles, funnel);  // another frame in between
+    reused.run(part(70, kOrigin, kOrigin + 0.2 * kAxis, 0.01), spares, handles, funnel);  // another frame in between
     funnel = {};
-    reused.run(affordances, handles, funnel);
+    spares.take(handles);
+    reused.run(affordances, spares, handles, funnel);
     ASSERT_EQ(handles.size(), fresh.handles.size());
     for (std::size_t h = 0; h < handles.size(); ++h) {
       EXPECT_EQ(handles[h].affordances, fresh.handles[h].affordances);

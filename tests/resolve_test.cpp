@@ -24,10 +24,12 @@ PartCandidate part(double from, double to, double radius, double confidence, dou
   return c;
 }
 
-std::vector<PartCandidate> resolved(std::vector<PartCandidate> all, bool continue_parts = true) {
-  std::vector<PartCandidate> likely, kept;
-  resolve_parts(all, continue_parts, likely, kept);
-  return kept;
+std::vector<PartCandidate> resolved(const std::vector<PartCandidate>& candidates, bool continue_parts = true) {
+  std::vector<const PartCandidate*> all;
+  for (const PartCandidate& c : candidates) all.push_back(&c);
+  Recycled<PartCandidate> kept;
+  Resolver().run(all, continue_parts, kept);
+  return {kept.begin(), kept.end()};
 }
 
 TEST(Resolve, PiecesOfOnePartBecomeOne) {

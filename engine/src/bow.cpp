@@ -27,11 +27,7 @@ constexpr std::size_t kLeastPlaces = 4;
 /// Cosine and sine of the directions that are tried one after the other: 0, 25 and 50 degrees to either side.
 constexpr double kCorners[5][2] = {{1, 0}, {0.9063, 0.4226}, {0.9063, -0.4226}, {0.6428, 0.7660}, {0.6428, -0.7660}};
 
-/// A place on the side towards the sensor, and the width there.
-struct Place {
-  Vector3 at{};
-  double width = 0;
-};
+using Place = BowScratch::Place;
 
 class Tracer {
  public:
@@ -162,7 +158,7 @@ bool Bow::tangled(double width) const {
   return false;
 }
 
-bool trace_bow(const DepthImage& image, const Cylinder& start, double sigma, Bow& bow) {
+bool trace_bow(const DepthImage& image, const Cylinder& start, double sigma, BowScratch& scratch, Bow& bow) {
   bow.clear();
   if (start.radius > kThickest || start.radius < kThinnest) return false;
   const Tracer tracer(image, sigma);
@@ -172,7 +168,7 @@ bool trace_bow(const DepthImage& image, const Cylinder& start, double sigma, Bow
   Place first;
   if (!tracer.look(start.point + start.radius * normalized(across), start.axis, start.radius, first)) return false;
   if (0.5 * first.width > kThickest || 0.5 * first.width < kThinnest) return false;
-  std::vector<Place> back, forth;
+  std::vector<Place>&back = scratch.back, &forth = scratch.forth;
   bow.closed = tracer.follow(first, start.axis, forth);
   if (bow.closed) {
     back.assign(1, first);
@@ -188,11 +184,12 @@ bool trace_bow(const DepthImage& image, const Cylinder& start, double sigma, Bow
   const std::size_t n = bow.path.size();
   if (n < kLeastPlaces) return false;
   // The middles are known to a pixel or so.
-  std::vector<Vector3> smooth = bow.path;
+  std::vector<Vector3>& smooth = scratch.smooth;
+  smooth = bow.path;
   for (std::size_t i = 1; i + 1 < n; ++i) {
     smooth[i] = (1.0 / 3) * (bow.path[i - 1] + bow.path[i] + bow.path[i + 1]);
   }
-  bow.path = std::move(smooth);
+  std::swap(bow.path, smooth);
   for (std::size_t i = 0; i + 1 < n; ++i) bow.length += norm(bow.path[i + 1] - bow.path[i]);
   // Over 20 mm each time: between near places noise turns more than the part does.
   for (std::size_t i = 4; i + 2 < n; i += 4) {

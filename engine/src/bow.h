@@ -28,6 +28,17 @@ struct Bow {
   Vector3 tangent(std::size_t i) const;
 };
 
+/// What following takes, kept from one part to the next.
+struct BowScratch {
+  /// On the side towards the sensor, and the width there (m).
+  struct Place {
+    Vector3 at{};
+    double width = 0;
+  };
+  std::vector<Place> back, forth;
+  std::vector<Vector3> smooth;
+};
+
 /// The place of a path that is nearest to a point; of equally near ones the first.
 std::size_t nearest_place(const std::vector<Vector3>& path, const Vector3& p);
 
@@ -35,6 +46,6 @@ inline constexpr double kBowStep = 0.005;  ///< m
 
 /// Follows the part that `start` lies on, both ways, as long as the depth image steps away on both sides and its width
 /// stays. False: there is none. `sigma`: standard deviation of depth there (m).
-bool trace_bow(const DepthImage& image, const Cylinder& start, double sigma, Bow& bow);
+bool trace_bow(const DepthImage& image, const Cylinder& start, double sigma, BowScratch& scratch, Bow& bow);
 
 }  // namespace handhold

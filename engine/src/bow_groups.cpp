@@ -39,24 +39,29 @@ bool of_bow(const Handle& bow, const Handle& piece) {
 }
 
 /// Thin parts that bend, from the best affordances on; each becomes a group about its middle.
-void find_bows(const std::vector<Affordance>& affordances, const DepthImage& image, std::vector<PartGroup>& groups,
-               std::vector<Bow>& bows) {
+void BowSearch::run(const std::vector<Affordance>& affordances, const DepthImage& image, Recycled<PartGroup>& groups,
+                    Recycled<Bow>& bows, const Budget& budget) {
   bows.clear();
-  std::vector<std::uint32_t> thin;
+  std::vector<std::uint32_t>& thin = thin_;
+  thin.clear();
   for (std::uint32_t i = 0; i < affordances.size(); ++i) {
     if (affordances[i].radius <= kThickestBow) thin.push_back(i);
   }
   std::sort(thin.begin(), thin.end(), [&](std::uint32_t a, std::uint32_t b) {
     return affordances[a].quality != affordances[b].quality ? affordances[a].quality > affordances[b].quality : a < b;
   });
-  std::vector<char> taken(affordances.size(), 0);
-  Bow bow;
+  std::vector<char>& taken = taken_;
+  taken.assign(affordances.size(), 0);
+  Bow& bow = bow_;
   for (const std::uint32_t seed : thin) {
     if (taken[seed]) continue;
+    if (budget.spent()) break;
     taken[seed] = 1;
     const Affordance& s = affordances[seed];
-    if (!trace_bow(image, {s.center, s.axis, s.radius}, depth_noise(norm(image.viewpoint() - s.center)), bow)) continue;
-    std::vector<double> widths = bow.widths;
+    if (!trace_bow(image, {s.center, s.axis, s.radius}, depth_noise(norm(image.viewpoint() - s.center)), scratch_, bow))
+      continue;
+    std::vector<double>& widths = widths_;
+    widths = bow.widths;
     const auto middle = widths.begin() + static_cast<std::ptrdiff_t>(widths.size() / 2);
     std::nth_element(widths.begin(), middle, widths.end());
     const double radius = 0.5 * *middle;
@@ -68,7 +73,8 @@ void find_bows(const std::vector<Affordance>& affordances, const DepthImage& ima
     const std::size_t at = bow.path.size() / 2;
     const Vector3 axis = bow.tangent(at), to_sensor = image.viewpoint() - bow.path[at];
     const Vector3 ahead = normalized(to_sensor - dot(to_sensor, axis) * axis, any_perpendicular(axis));
-    PartGroup group;
+    PartGroup& group = groups.next();
+    group.clear();
     group.mean = {bow.path[at] - radius * ahead, axis, radius};
     const double sag = std::max(kSag, kSagShare * radius);
     const double piece = std::clamp(2 * std::sqrt(2 * sag * bow.length / bow.turn), kShortestPiece, kLongestPiece);
@@ -80,10 +86,12 @@ void find_bows(const std::vector<Affordance>& affordances, const DepthImage& ima
       if (norm(a.center - group.mean.point - along * axis) > radius + kOnBow) continue;
       group.members.push_back(i);
     }
-    if (group.members.empty()) continue;
+    if (group.members.empty()) {
+      groups.drop_last();
+      continue;
+    }
     group.straps = group.members.size();
-    bows.push_back(bow);
-    groups.push_back(std::move(group));
+    bows.next() = bow;
   }
   for (std::size_t i = 0; i < bows.size(); ++i) groups[groups.size() - bows.size() + i].bow = &bows[i];
 }

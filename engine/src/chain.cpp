@@ -16,20 +16,7 @@ constexpr double kMeet = 0.012;                        ///< m; ends as near as t
 constexpr double kCosMost = 0.17364817766693041;       ///< 80 degrees: a sharper turn is another part
 constexpr double kCosLeast = 0.97814760073380569;      ///< 12 degrees: straight on is no turn
 
-/// Pieces in a row: their handles' numbers, and the line through them.
-struct Chain {
-  std::vector<std::size_t> pieces;
-  std::vector<Vector3> path;
-  double radius = 0;
-  bool taken = false;
-
-  Vector3 end(int k) const { return k == 0 ? path.front() : path.back(); }
-  /// Unit, along the path and out of that end.
-  Vector3 out(int k) const {
-    const std::size_t n = path.size();
-    return k == 0 ? normalized(path[0] - path[1]) : normalized(path[n - 1] - path[n - 2]);
-  }
-};
+using Chain = ChainSearch::Chain;
 
 /// Distance of the ends at which two chains meet, infinity when they do not; `a_end`, `b_end` say which.
 double meeting(const Chain& a, const Chain& b, int& a_end, int& b_end) {
@@ -57,17 +44,19 @@ void join(Chain& a, Chain& b, int a_end, int b_end) {
   b.taken = true;
 }
 
+}  // namespace
+
 /// The best piece, as long as all of them.
-Handle joined(const std::vector<Handle>& handles, const Chain& chain) {
-  Handle h = handles[*std::min_element(chain.pieces.begin(), chain.pieces.end())];
-  std::vector<std::uint32_t> members;
+void ChainSearch::make_one(const Chain& chain, std::vector<Handle>& handles) {
+  Handle& h = handles[*std::min_element(chain.pieces.begin(), chain.pieces.end())];
+  members_.clear();
   for (const std::size_t i : chain.pieces) {
-    std::vector<std::uint32_t> both;
-    std::set_union(members.begin(), members.end(), handles[i].affordances.begin(), handles[i].affordances.end(),
-                   std::back_inserter(both));
-    members = std::move(both);
+    more_.clear();
+    std::set_union(members_.begin(), members_.end(), handles[i].affordances.begin(), handles[i].affordances.end(),
+                   std::back_inserter(more_));
+    std::swap(members_, more_);
   }
-  h.affordances = std::move(members);
+  h.affordances = members_;
   h.path = chain.path;
   h.length = 0;
   for (std::size_t i = 0; i + 1 < h.path.size(); ++i) h.length += norm(h.path[i + 1] - h.path[i]);
@@ -85,19 +74,21 @@ Handle joined(const std::vector<Handle>& handles, const Chain& chain) {
   }
   h.radius = chain.radius;
   h.approach = normalized(h.approach - dot(h.approach, h.axis) * h.axis, any_perpendicular(h.axis));
-  return h;
 }
 
-}  // namespace
-
-void join_curved(std::vector<Handle>& handles) {
-  std::vector<Chain> chains;
+void ChainSearch::join_curved(std::vector<Handle>& handles, Spares<Handle>& spares) {
+  Recycled<Chain>& chains = chains_;
+  chains.clear();
   for (std::size_t i = 0; i < handles.size(); ++i) {
     const Handle& h = handles[i];
     if (h.radius > kThickest || !(h.length > 0)) continue;
-    chains.push_back({{i}, h.path, h.radius, false});
+    Chain& chain = chains.next();
+    chain.pieces.assign(1, i);
+    chain.path = h.path;
+    chain.radius = h.radius, chain.taken = false;
     if (h.path.size() >= 2) continue;
-    chains.back().path = {h.center - 0.5 * h.length * h.axis, h.center + 0.5 * h.length * h.axis};
+    chain.path.resize(2);
+    chain.path[0] = h.center - 0.5 * h.length * h.axis, chain.path[1] = h.center + 0.5 * h.length * h.axis;
   }
   for (;;) {
     double least = std::numeric_limits<double>::infinity();
@@ -114,22 +105,21 @@ void join_curved(std::vector<Handle>& handles) {
     if (!(least < std::numeric_limits<double>::infinity())) break;
     join(chains[a], chains[b], a_end, b_end);
   }
-  std::vector<char> gone(handles.size(), 0);
+  std::vector<char>& gone = gone_;
+  gone.assign(handles.size(), 0);
   for (const Chain& chain : chains) {
     if (chain.taken || chain.pieces.size() < 2) continue;
-    const std::size_t first = *std::min_element(chain.pieces.begin(), chain.pieces.end());
-    Handle h = joined(handles, chain);
+    make_one(chain, handles);
     for (const std::size_t i : chain.pieces) gone[i] = 1;
-    gone[first] = 0;
-    handles[first] = std::move(h);
+    gone[*std::min_element(chain.pieces.begin(), chain.pieces.end())] = 0;
   }
   std::size_t kept = 0;
   for (std::size_t i = 0; i < handles.size(); ++i) {
     if (gone[i]) continue;
-    if (kept != i) handles[kept] = std::move(handles[i]);
+    if (kept != i) std::swap(handles[kept], handles[i]);
     ++kept;
   }
-  handles.resize(kept);
+  spares.take(handles, kept);
 }
 
 }  // namespace handhold

@@ -102,13 +102,15 @@ Step Search::judge(const Candidate& c, double ball, Scratch& s, Found& found) co
   return Step::kAffordance;
 }
 
-void Search::find_cylinders(double radius, Scratch& s) const {
+bool Search::find_cylinders(double radius, Scratch& s) const {
   for (const Candidate& c : s.candidates) {
+    if (budget_.spent()) return false;
     Found found;
     Step& step = s.reached[c.entry];
     step = judge(c, radius, s, found);
     if (step == Step::kAffordance) s.found.push_back(found);
   }
+  return true;
 }
 
 /// A strap about sample `at` of the sorted order, by its outline.

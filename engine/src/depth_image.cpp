@@ -20,6 +20,9 @@ constexpr double kEdgePixels = 8;
 constexpr int kColumnPixels = 4;
 /// Width of the frame about a cloud that is no image (m, at its median distance).
 constexpr double kMargin = 0.15;
+/// Work between two looks at the clock: some 50 us.
+constexpr std::size_t kPointsAtOnce = 16384;
+constexpr int kRowsAtOnce = 32;
 
 bool usable(const float* p) {
   return std::fabs(p[0]) <= 1e6f && std::fabs(p[1]) <= 1e6f && std::fabs(p[2]) <= 1e6f;
@@ -30,20 +33,20 @@ Vector3 point(const float* p) {
 
 }  // namespace
 
-bool DepthImage::build(const CloudView& cloud, const Conditions& conditions) {
+bool DepthImage::build(const CloudView& cloud, const Conditions& conditions, const Budget& budget) {
   clear();
   if (!cloud.viewpoint || cloud.size() == 0) return false;
   viewpoint_ = *cloud.viewpoint;
   if (cloud.width >= 16 && cloud.height >= 16 && fit_projection(cloud)) {
-    read_organized(cloud);
+    read_organized(cloud, budget);
   } else {
-    draw_unorganized(cloud);
+    draw_unorganized(cloud, budget);
   }
   if (empty()) return false;
   Eigen::Map<Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(inverse_.data()) =
       Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(H_.data()).inverse();
-  if (conditions.fill_shadows) fill_shadows();
-  if (conditions.fill_void) fill_void();
+  if (conditions.fill_shadows) fill_shadows(budget);
+  if (conditions.fill_void) fill_void(budget);
   return true;
 }
 
@@ -55,7 +58,8 @@ bool DepthImage::fit_projection(const CloudView& cloud) {
   using Row = Eigen::Matrix<double, 9, 1>;
   Eigen::Matrix<double, 9, 9> A = Eigen::Matrix<double, 9, 9>::Zero();
   const std::size_t stride = cloud.size() / 4096 | 1;  // odd: not down one column
-  std::vector<std::size_t> used;
+  std::vector<std::size_t>& used = used_;
+  used.clear();
   for (std::size_t i = 0; i < cloud.size(); i += stride) {
     if (!usable(cloud.point(i))) continue;
     const Vector3 d = point(cloud.point(i)) - viewpoint_;
@@ -97,13 +101,14 @@ bool DepthImage::fit_projection(const CloudView& cloud) {
   return far * 20 <= used.size();
 }
 
-void DepthImage::read_organized(const CloudView& cloud) {
+void DepthImage::read_organized(const CloudView& cloud, const Budget& budget) {
   depth_.resize(cloud.size());
   tbb::parallel_for(tbb::blocked_range<std::size_t>(0, cloud.size(), 16384), [&](const auto& range) {
     const auto h6 = static_cast<float>(H_[6]), h7 = static_cast<float>(H_[7]), h8 = static_cast<float>(H_[8]);
     const float vx = static_cast<float>(viewpoint_[0]), vy = static_cast<float>(viewpoint_[1]),
                 vz = static_cast<float>(viewpoint_[2]);
     for (std::size_t i = range.begin(); i < range.end(); ++i) {
+      if (i % kPointsAtOnce == 0) budget.check();
       const float* p = cloud.point(i);
       const float z = h6 * (p[0] - vx) + h7 * (p[1] - vy) + h8 * (p[2] - vz);
       depth_[i] = z > 0 && z < 1e6f ? z : 0.0f;  // false for NaN
@@ -112,10 +117,11 @@ void DepthImage::read_organized(const CloudView& cloud) {
 }
 
 /// A z-buffer whose pixels are as large as it takes for most of them to get a point.
-void DepthImage::draw_unorganized(const CloudView& cloud) {
+void DepthImage::draw_unorganized(const CloudView& cloud, const Budget& budget) {
   Vector3 forward{};
-  std::vector<Vector3> directions;
-  std::vector<double> distances;
+  std::vector<Vector3>& directions = directions_;
+  std::vector<double>& distances = distances_;
+  directions.clear(), distances.clear();
   const std::size_t stride = cloud.size() / 8192 | 1;
   for (std::size_t i = 0; i < cloud.size(); i += stride) {
     if (!usable(cloud.point(i))) continue;
@@ -131,7 +137,8 @@ void DepthImage::draw_unorganized(const CloudView& cloud) {
   // Extent of the view: all but the outermost directions.
   std::nth_element(distances.begin(), distances.begin() + static_cast<std::ptrdiff_t>(distances.size() / 2),
                    distances.end());
-  std::vector<double> us, vs;
+  std::vector<double>&us = us_, &vs = vs_;
+  us.clear(), vs.clear();
   for (const Vector3& d : directions) {
     const double z = dot(d, forward);
     if (z < 0.17) continue;  // beyond 80 degrees
@@ -147,7 +154,8 @@ void DepthImage::draw_unorganized(const CloudView& cloud) {
   const double du = *u_high - u0 + margin, dv = *v_high - v0 + margin;
   // Share of the view that holds points, on a coarse grid.
   constexpr int kGrid = 48;
-  std::vector<char> hit(kGrid * kGrid, 0);
+  std::vector<char>& hit = hit_;
+  hit.assign(kGrid * kGrid, 0);
   for (std::size_t i = 0; i < us.size(); ++i) {
     const int a = std::min(kGrid - 1, static_cast<int>((us[i] - u0) / du * kGrid));
     const int b = std::min(kGrid - 1, static_cast<int>((vs[i] - v0) / dv * kGrid));
@@ -165,6 +173,7 @@ void DepthImage::draw_unorganized(const CloudView& cloud) {
   }
   depth_.assign(static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_), 0.0f);
   for (std::size_t i = 0; i < cloud.size(); ++i) {
+    if (i % kPointsAtOnce == 0) budget.check();
     if (!usable(cloud.point(i))) continue;
     const Projected p = project(point(cloud.point(i)));
     const double u = p.a / p.depth + 0.5, v = p.b / p.depth + 0.5;
@@ -178,11 +187,12 @@ void DepthImage::draw_unorganized(const CloudView& cloud) {
 /// Missing pixels between two measured ones of a row get the farther depth when the run is no wider than the
 /// projector's shadow can be: what hides the projector's light there is the nearer surface's edge, and the space in
 /// front of the farther one was seen. Short runs in a column, too.
-void DepthImage::fill_shadows() {
+void DepthImage::fill_shadows(const Budget& budget) {
   filled_ = depth_;
   const auto width = static_cast<std::size_t>(width_);
   tbb::parallel_for(tbb::blocked_range<int>(0, height_, 16), [&](const auto& range) {
     for (int row = range.begin(); row < range.end(); ++row) {
+      if (row % kRowsAtOnce == 0) budget.check();
       const float* from = depth_.data() + static_cast<std::size_t>(row) * width;
       float* to = filled_.data() + static_cast<std::size_t>(row) * width;
       for (int x = 0; x < width_;) {
@@ -204,6 +214,7 @@ void DepthImage::fill_shadows() {
   depth_ = filled_;
   tbb::parallel_for(tbb::blocked_range<int>(0, width_, 64), [&](const auto& range) {
     for (int y = 1; y + 1 < height_; ++y) {
+      if (y % kRowsAtOnce == 0) budget.check();
       for (int x = range.begin(); x < range.end(); ++x) {
         const std::size_t at = static_cast<std::size_t>(y) * width + static_cast<std::size_t>(x);
         if (filled_[at] > 0 || !(filled_[at - width] > 0)) continue;  // the first of a run
@@ -220,7 +231,7 @@ void DepthImage::fill_shadows() {
 }
 
 /// Large regions without measurements at the border are where the sensor looked past everything.
-void DepthImage::fill_void() {
+void DepthImage::fill_void(const Budget& budget) {
   const std::size_t enough = depth_.size() / 150;
   // Runs of missing pixels, row by row, joined to regions with those of the row above that they touch.
   runs_.clear();
@@ -230,6 +241,7 @@ void DepthImage::fill_void() {
   };
   std::size_t above = 0, above_end = 0;
   for (int y = 0; y < height_; ++y) {
+    if (y % kRowsAtOnce == 0) budget.check();
     const float* row = depth_.data() + static_cast<std::size_t>(y) * static_cast<std::size_t>(width_);
     const std::size_t first = runs_.size();
     for (int x = 0; x < width_; ++x) {

@@ -10,6 +10,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "budget.h"
 #include "conditions.h"
 #include "handhold/cloud.h"
 #include "vec3.h"
@@ -41,7 +42,8 @@ class DepthImage {
   };
 
   /// False when the cloud has no viewpoint or no points: nothing is known then.
-  bool build(const CloudView& cloud, const Conditions& conditions = {});
+  /// @throws Budget::Spent; it is empty or half done then
+  bool build(const CloudView& cloud, const Conditions& conditions = {}, const Budget& budget = {});
   void clear() { depth_.clear(); }
   bool empty() const { return depth_.empty(); }
 
@@ -83,10 +85,10 @@ class DepthImage {
 
  private:
   bool fit_projection(const CloudView& cloud);
-  void read_organized(const CloudView& cloud);
-  void draw_unorganized(const CloudView& cloud);
-  void fill_shadows();
-  void fill_void();
+  void read_organized(const CloudView& cloud, const Budget& budget);
+  void draw_unorganized(const CloudView& cloud, const Budget& budget);
+  void fill_shadows(const Budget& budget);
+  void fill_void(const Budget& budget);
 
   Vector3 viewpoint_{};
   std::array<double, 9> H_{};  ///< (column * depth, row * depth, depth) = H (p - viewpoint); third row of length 1
@@ -103,6 +105,10 @@ class DepthImage {
     bool border;         ///< some of them are at the image's border
   };
   std::vector<Run> runs_;
+  std::vector<std::size_t> used_;  ///< pixels that the projection is fitted to
+  std::vector<Vector3> directions_;
+  std::vector<double> distances_, us_, vs_;
+  std::vector<char> hit_;
 };
 
 }  // namespace handhold

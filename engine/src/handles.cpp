@@ -69,9 +69,8 @@ void HandleSearch::row(std::size_t i, std::uint32_t* bits) const {
 void HandleSearch::count_aligned(std::size_t n) {
   aligned_.assign(n, 0);
   const std::size_t words = static_cast<std::size_t>(padded_ + 31) / 32;
-  tbb::enumerable_thread_specific<std::vector<std::uint32_t>> scratch;
   tbb::parallel_for(tbb::blocked_range<std::size_t>(0, n, 64), [&](const auto& range) {
-    std::vector<std::uint32_t>& bits = scratch.local();
+    std::vector<std::uint32_t>& bits = row_bits_.local();
     bits.resize(words);
     for (std::size_t i = range.begin(); i < range.end(); ++i) {
       row(i, bits.data());
@@ -82,10 +81,11 @@ void HandleSearch::count_aligned(std::size_t n) {
 
 /// Axis, a point of it and the median radius of members_. Short runs take the mean of the members' axes; long ones the
 /// direction in which their centres lie, which is then the better known.
-HandleSearch::Line HandleSearch::fit_line(const std::vector<Affordance>& affordances) const {
+HandleSearch::Line HandleSearch::fit_line(const std::vector<Affordance>& affordances) {
   Eigen::Matrix3d axes = Eigen::Matrix3d::Zero(), spread = Eigen::Matrix3d::Zero();
   Eigen::Vector3d mean = Eigen::Vector3d::Zero();
-  std::vector<double> radii;
+  std::vector<double>& radii = radii_;
+  radii.clear();
   for (const std::uint32_t i : members_) {
     const Affordance& a = affordances[i];
     const Eigen::Vector3d v(a.axis[0], a.axis[1], a.axis[2]), c(a.center[0], a.center[1], a.center[2]);
@@ -116,7 +116,7 @@ HandleSearch::Line HandleSearch::fit_line(const std::vector<Affordance>& afforda
 /// the line of the run decides and not the seed's own noise. False when nothing is left.
 bool HandleSearch::grow(const std::vector<Affordance>& affordances, std::size_t seed, Line& line) {
   const double sine = std::sin(options_->align_angle);
-  std::vector<std::pair<double, std::uint32_t>> run;
+  std::vector<std::pair<double, std::uint32_t>>& run = run_;
   for (int pass = 0; pass < 2; ++pass) {
     line = fit_line(affordances);
     run.clear();
@@ -147,11 +147,12 @@ bool HandleSearch::grow(const std::vector<Affordance>& affordances, std::size_t 
   return true;
 }
 
-void HandleSearch::run(const std::vector<Affordance>& affordances, std::vector<Handle>& handles, Funnel& funnel) {
-  handles.clear();
+void HandleSearch::run(const std::vector<Affordance>& affordances, Spares<Handle>& spares, std::vector<Handle>& handles,
+                       Funnel& funnel) {
   order_.clear();
   const std::size_t n = affordances.size();
-  std::vector<std::uint8_t> fate(n, kNotAligned);
+  std::vector<std::uint8_t>& fate = fate_;
+  fate.assign(n, kNotAligned);
   if (n > 0) {
     find_copies(affordances);
     load(affordances);
@@ -192,7 +193,9 @@ void HandleSearch::run(const std::vector<Affordance>& affordances, std::vector<H
       }
       continue;
     }
-    Handle h;
+    Handle& h = spares.add(handles);
+    h.path.clear();
+    h.arc = h.residual = h.observed_free = h.normal_error = 0;
     h.center = line.point + 0.5 * (low + high) * line.axis;
     h.axis = line.axis;
     h.approach = -1.0 * normalized(normal - dot(normal, line.axis) * line.axis, any_perpendicular(line.axis));
@@ -219,7 +222,7 @@ void HandleSearch::run(const std::vector<Affordance>& affordances, std::vector<H
         fate[i] = good ? kInHandle : kLowConfidence;
       }
     }
-    if (good) handles.push_back(std::move(h));
+    if (!good) spares.take(handles, handles.size() - 1);
   }
   std::sort(handles.begin(), handles.end(), [](const Handle& a, const Handle& b) {
     return a.confidence != b.confidence ? a.confidence > b.confidence : a.affordances < b.affordances;

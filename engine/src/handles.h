@@ -1,12 +1,16 @@
 // Handles from affordances (paper, section 3.3).
 #pragma once
 
+#include <tbb/enumerable_thread_specific.h>
+
 #include <cstdint>
+#include <utility>
 #include <vector>
 
 #include "aligned.h"
 #include "handhold/options.h"
 #include "handhold/result.h"
+#include "recycled.h"
 
 namespace handhold {
 
@@ -16,7 +20,9 @@ class HandleSearch {
   explicit HandleSearch(const Options& options) : options_(&options) {}
 
   /// Fills `handles`, best confidence first, and the part of the funnel that concerns affordances.
-  void run(const std::vector<Affordance>& affordances, std::vector<Handle>& handles, Funnel& funnel);
+  /// `handles` is empty before; `spares`: what they are made from.
+  void run(const std::vector<Affordance>& affordances, Spares<Handle>& spares, std::vector<Handle>& handles,
+           Funnel& funnel);
 
  private:
   struct Line {
@@ -27,7 +33,7 @@ class HandleSearch {
   void load(const std::vector<Affordance>& affordances);
   void count_aligned(std::size_t n);
   void row(std::size_t i, std::uint32_t* bits) const;
-  Line fit_line(const std::vector<Affordance>& affordances) const;
+  Line fit_line(const std::vector<Affordance>& affordances);
   bool grow(const std::vector<Affordance>& affordances, std::size_t seed, Line& line);
 
   const Options* options_;
@@ -39,6 +45,10 @@ class HandleSearch {
   std::vector<std::uint32_t> members_;
   std::vector<std::uint8_t> taken_;  ///< in a handle, or on its part
   std::vector<std::uint8_t> spent_;  ///< in a run that was too short: no seed any more
+  std::vector<std::uint8_t> fate_;   ///< of each affordance
+  std::vector<double> radii_;
+  std::vector<std::pair<double, std::uint32_t>> run_;  ///< place along a line, affordance
+  tbb::enumerable_thread_specific<std::vector<std::uint32_t>> row_bits_;
   std::int32_t padded_ = 0;
 };
 

@@ -32,12 +32,13 @@ class Layers {
     size_ = 1;
   }
   /// Adds the thinned ones. `cloud`: what the full one was built from.
-  void thin(const CloudView& cloud) {
+  void thin(const CloudView& cloud, const Budget& budget = {}) {
     for (; size_ < kMost; ++size_) {
       Thinned& t = thinned_[size_ - 1];
-      t.tiles.build_thinned(cloud, *full_.tiles, 1u << size_);
+      t.tiles.build_thinned(cloud, *full_.tiles, 1u << size_, budget);
       // Points that are missing in a regular pattern may be those that a thinned image takes.
       if (2 * t.tiles.finite_points() << 2 * size_ < full_.tiles->finite_points()) break;
+      budget.check();
       t.index->build(t.tiles);
     }
   }

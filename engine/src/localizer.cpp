@@ -6,11 +6,13 @@
 #include <tbb/task_arena.h>
 
 #include <algorithm>
+#include <atomic>
 #include <chrono>
 #include <cmath>
 #include <stdexcept>
 #include <string>
 
+#include "budget.h"
 #include "conditions.h"
 #include "depth_image.h"
 #include "handles.h"
@@ -30,6 +32,9 @@ using Clock = std::chrono::steady_clock;
 double milliseconds(Clock::time_point from, Clock::time_point to) {
   return std::chrono::duration<double, std::milli>(to - from).count();
 }
+
+/// What grouping and its checks leave to the end of a frame (ms): choosing between parts, and the result.
+constexpr double kFinishing = 0.3;
 
 /// A table-top cloud wider than this (m) was almost certainly given in millimetres.
 constexpr float kSuspiciousExtent = 100;
@@ -59,7 +64,8 @@ struct Localizer::Impl {
         sampler(options),
         search(options, c),
         handle_search(options),
-        part_search(options, c) {
+        part_search(options, c),
+        rounds(Sampler::rounds(o)) {
     // TBB warns on the console when an arena asks for more than the process allows; the result does not depend on it.
     const auto allowed = tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism);
     if (o.threads > 0)
@@ -81,6 +87,10 @@ struct Localizer::Impl {
   std::vector<Step> steps;      ///< where each of them ended
   std::uint32_t looked_at = 0;  ///< how many of them the last frame had
   std::vector<Vector3> centres;
+  Spares<Handle> spares;
+  std::vector<int> rounds;  ///< samples of each
+  std::atomic<bool> cancelled{false};
+  double grouping_ms = 0;  ///< what the last frames' handles took, at most and fading
 
   /// In the caller's arena, or in our own when a number of threads is asked for. Isolated: a thread that waits for our
   /// tasks must not take up another of the caller's, which might call this localizer again.
@@ -94,16 +104,9 @@ struct Localizer::Impl {
   }
 
   /// Tiles and index. False, with the status set, when the cloud cannot be searched.
-  bool take(const CloudView& cloud, Result& result) {
-    result.status = Status::kOk;
-    result.points = cloud.size();
-    result.finite_points = 0;
-    result.handles.clear();
-    result.affordances.clear();
-    result.funnel = {};
-    result.times_ms = {};
+  bool take(const CloudView& cloud, Result& result, const Budget& budget) {
     if (cloud.size() == 0) return result.status = Status::kEmpty, false;
-    tiles.build(cloud);
+    tiles.build(cloud, budget);
     result.finite_points = tiles.finite_points();
     if (result.finite_points == 0) return result.status = Status::kNoFinitePoints, false;
     if (result.finite_points < static_cast<std::size_t>(options.min_neighbours)) {
@@ -113,12 +116,45 @@ struct Localizer::Impl {
       if (!options.workspace && tiles.robust_high()[k] - tiles.robust_low()[k] > kSuspiciousExtent)
         return result.status = Status::kSuspiciousUnits, false;
     }
+    budget.check();
     index->build(tiles);
     return true;
   }
 
   void localize(const CloudView& cloud, Result& result) {
     const auto start = Clock::now();
+    const Budget budget(start, options.deadline_ms, &cancelled);
+    cancelled.store(false, std::memory_order_relaxed);
+    bool done = true;
+    try {
+      done = search_within(budget, cloud, result);
+    } catch (const Budget::Spent&) {
+      // Before the first sample.
+      done = false;
+    }
+    if (done) return;
+    result.status = Status::kDeadline;
+    if (budget.cancelled()) {
+      result.status = Status::kCancelled;
+      spares.take(result.handles);
+      result.affordances.clear();
+      result.funnel = {};
+      looked_at = 0;
+    }
+    result.times_ms.total = milliseconds(start, Clock::now());
+  }
+
+  /// False: the budget was spent before everything was done.
+  bool search_within(const Budget& budget, const CloudView& cloud, Result& result) {
+    const auto start = Clock::now();
+    bool done = true;
+    result.status = Status::kOk;
+    result.points = cloud.size();
+    result.finite_points = 0;
+    spares.take(result.handles);
+    result.affordances.clear();
+    result.funnel = {};
+    result.times_ms = {};
     looked_at = 0;
     image.clear();
     const bool default_method = options.method == Method::kDefault;
@@ -126,16 +162,16 @@ struct Localizer::Impl {
     double indexing = 0, seeing = 0;
     const auto index_points = [&] {
       const auto before = Clock::now();
-      taken = take(cloud, result);
+      taken = take(cloud, result, budget);
       if (taken) {
         layers.take(tiles, *index);
-        if (default_method) layers.thin(cloud);
+        if (default_method) layers.thin(cloud, budget);
       }
       indexing = milliseconds(before, Clock::now());
     };
     const auto see = [&] {
       const auto before = Clock::now();
-      image.build(cloud, conditions);
+      image.build(cloud, conditions, budget);
       seeing = milliseconds(before, Clock::now());
     };
     // Side by side: some parts of both take one thread only.
@@ -144,7 +180,7 @@ struct Localizer::Impl {
     } else {
       index_points();
     }
-    if (!taken) return;
+    if (!taken) return true;
 
     double sampling = 0;
     sampler.begin(tiles, *index, conditions.pass_flat ? &image : nullptr);
@@ -157,27 +193,34 @@ struct Localizer::Impl {
       result.status = Status::kTooFewPoints;
     } else {
       std::uint32_t first = 0;
-      const std::vector<int> rounds = Sampler::rounds(options);
       samples.resize(3 * static_cast<std::size_t>(options.samples));
       steps.resize(static_cast<std::size_t>(options.samples));
-      for (int round = 0; round < static_cast<int>(rounds.size()); ++round) {
+      // What was found has to become handles in time, too.
+      const Budget searching = options.deadline_ms ? budget.less(time_for_handles(*options.deadline_ms)) : budget;
+      for (int round = 0; round < static_cast<int>(rounds.size()) && done; ++round) {
         const int n = rounds[static_cast<std::size_t>(round)];
         const auto before = Clock::now();
         float* xyz = samples.data() + 3 * static_cast<std::size_t>(first);
-        if (round == 0) {
-          sampler.uniform(round, n, xyz);
-        } else {
-          centres.clear();
-          for (const Affordance& a : result.affordances) centres.push_back(a.center);
-          sampler.set_centres(centres);
-          sampler.propose(round, n, xyz);
+        try {
+          if (round == 0) {
+            sampler.uniform(round, n, xyz, searching);
+          } else {
+            centres.clear();
+            for (const Affordance& a : result.affordances) centres.push_back(a.center);
+            sampler.set_centres(centres);
+            sampler.propose(round, n, xyz, searching);
+          }
+        } catch (const Budget::Spent&) {
+          done = false;
+          break;
         }
         sampling += milliseconds(before, Clock::now());
-        search.run(xyz, static_cast<std::uint32_t>(n), first, steps.data() + first, result.affordances);
+        done =
+            search.run(xyz, static_cast<std::uint32_t>(n), first, steps.data() + first, result.affordances, searching);
         first += static_cast<std::uint32_t>(n);
       }
       looked_at = first;
-      finish(first, result);
+      if (!finish(first, budget.less(kFinishing), result)) done = false;
     }
     // Here, too, the steps share the wall-clock time as they share the work.
     const auto searched = Clock::now();
@@ -190,12 +233,19 @@ struct Localizer::Impl {
     t.shell = share * s.shell;
     t.samples = sampling + std::max(0.0, wall - share * work);
     t.total = milliseconds(start, searched);
+    return done;
   }
 
-  /// Funnel and handles, after the last sample.
-  void finish(std::uint32_t n, Result& result) {
+  /// Of a frame (ms). Before the first one is known it is a guess.
+  double time_for_handles(double deadline) const {
+    return std::min(0.5 * deadline, kFinishing + (grouping_ms > 0 ? 1.2 * grouping_ms : 0.3 * deadline));
+  }
+
+  /// Funnel and handles, after the last sample. False: the budget was spent, and some were left out.
+  bool finish(std::uint32_t n, const Budget& budget, Result& result) {
     const auto start = Clock::now();
-    std::int64_t count[10] = {};
+    bool done = true;
+    std::int64_t count[11] = {};
     for (std::uint32_t i = 0; i < n; ++i) ++count[static_cast<std::size_t>(steps[i])];
     Funnel& f = result.funnel;
     f.samples = n;
@@ -209,12 +259,15 @@ struct Localizer::Impl {
     f.no_gap = count[static_cast<std::size_t>(Step::kNoGap)];
     f.shell_empty = count[static_cast<std::size_t>(Step::kShellEmpty)];
     f.affordances = count[static_cast<std::size_t>(Step::kAffordance)];
+    f.cut = count[static_cast<std::size_t>(Step::kCut)];
     if (image.empty()) {
-      handle_search.run(result.affordances, result.handles, f);
+      handle_search.run(result.affordances, spares, result.handles, f);
     } else {
-      part_search.run(result.affordances, tiles, *index, image, result.handles, f);
+      done = part_search.run(result.affordances, tiles, *index, image, spares, result.handles, f, budget);
     }
     result.times_ms.handles = milliseconds(start, Clock::now());
+    if (done) grouping_ms = std::max(result.times_ms.handles, 0.9 * grouping_ms);
+    return done;
   }
 };
 
@@ -235,6 +288,10 @@ Result Localizer::localize(const CloudView& cloud) {
 void Localizer::localize(const CloudView& cloud, Result& result) {
   check(cloud);
   impl_->in_arena([&] { impl_->localize(cloud, result); });
+}
+
+void Localizer::cancel() noexcept {
+  impl_->cancelled.store(true, std::memory_order_relaxed);
 }
 
 std::vector<Sample> Localizer::samples() const {
@@ -258,7 +315,7 @@ Localizer LocalizerInside::make(const Options& options, const Conditions& condit
   localizer.impl_ = std::make_unique<Localizer::Impl>(options, conditions);
   return localizer;
 }
-const std::vector<PartCandidate>& LocalizerInside::candidates(const Localizer& localizer) {
+const Recycled<PartCandidate>& LocalizerInside::candidates(const Localizer& localizer) {
   return localizer.impl_->part_search.candidates();
 }
 
@@ -284,7 +341,8 @@ void localize_samples(const Options& options, const CloudView& cloud, const std:
   search.run(samples.front().data(), static_cast<std::uint32_t>(samples.size()), 0, steps.data(), result.affordances);
   result.funnel.samples = static_cast<std::int64_t>(samples.size());
   result.funnel.affordances = static_cast<std::int64_t>(result.affordances.size());
-  handles.run(result.affordances, result.handles, result.funnel);
+  Spares<Handle> spares;
+  handles.run(result.affordances, spares, result.handles, result.funnel);
 }
 
 }  // namespace handhold

@@ -25,7 +25,7 @@ struct LocalizerInside {
   static Localizer make(const Options& options, const Conditions& conditions);
   /// What the last search left behind.
   /// Parts that may be handles, with what was measured about them, best first; empty with the paper's method.
-  static const std::vector<PartCandidate>& candidates(const Localizer& localizer);
+  static const Recycled<PartCandidate>& candidates(const Localizer& localizer);
 };
 
 }  // namespace handhold

@@ -415,7 +415,7 @@ void PartCheck::follow(const Bow* known, PartCandidate& found) {
   Evidence& e = found.evidence;
   e.followed = 0;
   const Bow* bow = known;
-  if (!bow && trace_bow(*image_, {h.center, h.axis, h.radius}, sigma_, bow_)) bow = &bow_;
+  if (!bow && trace_bow(*image_, {h.center, h.axis, h.radius}, sigma_, bow_scratch_, bow_)) bow = &bow_;
   if (!bow) return;
   e.followed = bow->closed ? 1 : std::min(bow->length, 1.0), e.turn = bow->turn;
   const std::size_t at = nearest_place(bow->path, h.center), middle = bow->path.size() / 2;
@@ -431,15 +431,16 @@ void PartCheck::follow(const Bow* known, PartCandidate& found) {
 }
 
 void PartCheck::run(const PartGroup& group, const std::vector<Affordance>& affordances,
-                    std::vector<PartCandidate>& found) {
+                    Recycled<PartCandidate>& found) {
   Cylinder c = group.mean;
   double low = group.low, high = group.high;
   sigma_ = depth_noise(norm(image_->viewpoint() - c.point));
   if (sigma_ > kMostNoise * c.radius) return;
   points_.gather(c, low - kExtension, high + kExtension, sigma_);
   if (conditions_.straps && 2 * group.straps >= group.members.size()) {
-    PartCandidate candidate;
-    if (measure_strap(group, affordances, candidate)) found.push_back(std::move(candidate));
+    PartCandidate& candidate = found.next();
+    candidate.clear();
+    if (!measure_strap(group, affordances, candidate)) found.drop_last();
   }
   if (group.bow) return;
   for (int pass = 0; pass < 2; ++pass) {
@@ -460,11 +461,14 @@ void PartCheck::run(const PartGroup& group, const std::vector<Affordance>& affor
     Cylinder own = c;
     if (cut) own.radius = radius_of(piece);
     if (!(own.radius > 0)) continue;
-    PartCandidate candidate;
-    if (!measure(own, from, to, cut ? Kind::kPiece : Kind::kWhole, group, affordances, candidate)) continue;
+    PartCandidate& candidate = found.next();
+    candidate.clear();
+    if (!measure(own, from, to, cut ? Kind::kPiece : Kind::kWhole, group, affordances, candidate)) {
+      found.drop_last();
+      continue;
+    }
     candidate.ends_low = &piece != &pieces_.front(), candidate.ends_high = &piece != &pieces_.back();
     if (dot(candidate.handle.axis, c.axis) < 0) std::swap(candidate.ends_low, candidate.ends_high);
-    found.push_back(std::move(candidate));
   }
 }
 

@@ -19,6 +19,7 @@
 #include "index.h"
 #include "part_points.h"
 #include "profile.h"
+#include "recycled.h"
 #include "silhouette.h"
 #include "tiles.h"
 
@@ -31,6 +32,8 @@ struct PartGroup {
   std::vector<std::uint32_t> members;
   std::size_t straps;        ///< of the members: those that were found by their outline
   const Bow* bow = nullptr;  ///< the curved part that this is the middle of
+
+  void clear() { mean = {}, low = high = 0, members.clear(), straps = 0, bow = nullptr; }
 };
 
 /// What may become a handle.
@@ -39,6 +42,15 @@ struct PartCandidate {
   Evidence evidence;
   /// Towards -axis and +axis: beyond this end the radius jumps, what goes on there is another part.
   bool ends_low = false, ends_high = false;
+
+  /// As if it were new; its vectors keep their memory.
+  void clear() {
+    std::vector<Vector3> path = std::move(handle.path);
+    std::vector<std::uint32_t> affordances = std::move(handle.affordances);
+    path.clear(), affordances.clear();
+    *this = {};
+    handle.path = std::move(path), handle.affordances = std::move(affordances);
+  }
 };
 
 class PartCheck {
@@ -50,7 +62,7 @@ class PartCheck {
   }
 
   /// Appends the parts on the group's line that the points bear out: none, one, or several of different radii.
-  void run(const PartGroup& group, const std::vector<Affordance>& affordances, std::vector<PartCandidate>& found);
+  void run(const PartGroup& group, const std::vector<Affordance>& affordances, Recycled<PartCandidate>& found);
 
  private:
   struct Slice {
@@ -89,6 +101,7 @@ class PartCheck {
   double sigma_ = 0;
   PartPoints points_;
   Bow bow_;
+  BowScratch bow_scratch_;
   std::vector<Slice> slices_;
   std::vector<Turns> turns_;
   std::vector<double> usual_, others_, free_;

@@ -4,14 +4,11 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <iterator>
 #include <limits>
 #include <numeric>
-
-#include "bow_groups.h"
-#include "chain.h"
-#include "resolve.h"
 
 namespace handhold {
 namespace {
@@ -26,31 +23,20 @@ constexpr double kReach = 0.25;       ///< m; members lie within this of the see
 
 enum Fate : std::uint8_t { kNotAligned, kUnconfirmed, kLowConfidence, kInHandle };
 
-/// Position, axis and radius of affordances, in single precision, as separate arrays.
-struct Rows {
-  std::vector<float> x, y, z, ax, ay, az, radius;
-  explicit Rows(const std::vector<Affordance>& affordances) {
-    for (const Affordance& a : affordances) {
-      const auto add = [](std::vector<float>& to, double value) { to.push_back(static_cast<float>(value)); };
-      add(x, a.center[0]), add(y, a.center[1]), add(z, a.center[2]);
-      add(ax, a.axis[0]), add(ay, a.axis[1]), add(az, a.axis[2]);
-      add(radius, a.radius);
-    }
-  }
-};
-
-/// Which of them may be members of the seed's group, where single precision is wrong by less than `slack` (m). A loop
-/// on arrays that share no memory: the compiler takes several at a time.
-void may_be_members(const Rows& rows, std::size_t seed, float slack, std::int32_t* __restrict out) {
-  const float* __restrict x = rows.x.data(), * __restrict y = rows.y.data(), * __restrict z = rows.z.data();
-  const float* __restrict ax = rows.ax.data(), * __restrict ay = rows.ay.data(), * __restrict az = rows.az.data();
-  const float* __restrict radius = rows.radius.data();
+/// Which of `n` affordances - position, axis and radius in single precision, each coordinate for itself - may be
+/// members of the seed's group, where that is wrong by less than `slack` (m). A loop on arrays that share no memory:
+/// the compiler takes several at a time.
+void may_be_members(const AlignedArray<float>* rows, std::size_t n, std::size_t seed, float slack,
+                    std::int32_t* __restrict out) {
+  const float* __restrict x = rows[0].data(), * __restrict y = rows[1].data(), * __restrict z = rows[2].data();
+  const float* __restrict ax = rows[3].data(), * __restrict ay = rows[4].data(), * __restrict az = rows[5].data();
+  const float* __restrict radius = rows[6].data();
   const float x0 = x[seed], y0 = y[seed], z0 = z[seed], ux = ax[seed], uy = ay[seed], uz = az[seed], r0 = radius[seed];
   const float reach = static_cast<float>(kReach) + slack, cosine = static_cast<float>(kCosAlign) - 1e-5f;
   const float offset = static_cast<float>(kOffsetShare) * r0 + static_cast<float>(kOffset) + slack;
   const float change = static_cast<float>(kRadiusShare) * r0 + static_cast<float>(kRadius) + slack;
   const float offset2 = offset * offset;
-  for (std::size_t i = 0; i < rows.x.size(); ++i) {
+  for (std::size_t i = 0; i < n; ++i) {
     const float dx = x[i] - x0, dy = y[i] - y0, dz = z[i] - z0;
     const float along = dx * ux + dy * uy + dz * uz;
     const float bx = dx - along * ux, by = dy - along * uy, bz = dz - along * uz;
@@ -62,27 +48,38 @@ void may_be_members(const Rows& rows, std::size_t seed, float slack, std::int32_
 }  // namespace
 
 /// Groups about the best affordances first. An affordance may be in several: which one is right the points decide.
-void PartSearch::make_groups(const std::vector<Affordance>& affordances) {
+void PartSearch::make_groups(const std::vector<Affordance>& affordances, const Budget& budget) {
   groups_.clear();
   const std::size_t n = affordances.size();
-  std::vector<std::uint8_t> uses(n, 0);
-  std::vector<std::uint32_t> order(n);
+  std::vector<std::uint8_t>& uses = uses_;
+  uses.assign(n, 0);
+  std::vector<std::uint32_t>& order = order_;
+  order.resize(n);
   std::iota(order.begin(), order.end(), 0u);
   std::sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
     return affordances[a].quality != affordances[b].quality ? affordances[a].quality > affordances[b].quality : a < b;
   });
   const auto least = static_cast<std::size_t>(options_->handle_min_affordances);
-  std::vector<std::pair<double, std::uint32_t>> members;
-  const Rows rows(affordances);
+  std::vector<std::pair<double, std::uint32_t>>& members = members_;
+  for (AlignedArray<float>& row : rows_) row.require(n);
   double farthest = 0;
-  for (const Affordance& a : affordances) farthest = std::max(farthest, norm(a.center));
+  for (std::size_t i = 0; i < n; ++i) {
+    const Affordance& a = affordances[i];
+    for (std::size_t k = 0; k < 3; ++k) {
+      rows_[k][i] = static_cast<float>(a.center[k]), rows_[3 + k][i] = static_cast<float>(a.axis[k]);
+    }
+    rows_[6][i] = static_cast<float>(a.radius);
+    farthest = std::max(farthest, norm(a.center));
+  }
   const auto slack = static_cast<float>(1e-5 + 0x1p-20 * farthest);
-  std::vector<std::int32_t> near(n);
+  AlignedArray<std::int32_t>& near = near_;
+  near.require(n);
   for (const std::uint32_t seed : order) {
     if (uses[seed] >= kMostUses) continue;
+    if (budget.spent()) break;
     const Affordance& s = affordances[seed];
     members.clear();
-    may_be_members(rows, seed, slack, near.data());
+    may_be_members(rows_, n, seed, slack, near.data());
     for (std::uint32_t j = 0; j < n; ++j) {
       if (!near[j]) continue;
       const Affordance& a = affordances[j];
@@ -102,10 +99,12 @@ void PartSearch::make_groups(const std::vector<Affordance>& affordances) {
     while (last + 1 < members.size() && members[last + 1].first - members[last].first < kMemberGap) ++last;
     if (last - first + 1 < least) continue;
 
-    PartGroup group;
+    PartGroup& group = groups_.next();
+    group.clear();
     Vector3 axis{}, center{};
     double weight = 0;
-    std::vector<double> radii, widths;
+    std::vector<double>&radii = radii_, &widths = widths_;
+    radii.clear(), widths.clear();
     for (std::size_t k = first; k <= last; ++k) {
       const Affordance& a = affordances[members[k].second];
       axis = axis + (dot(a.axis, s.axis) < 0 ? -a.quality : a.quality) * a.axis;
@@ -117,7 +116,7 @@ void PartSearch::make_groups(const std::vector<Affordance>& affordances) {
       if (uses[members[k].second] < kMostUses) ++uses[members[k].second];
     }
     group.straps = widths.size();
-    if (2 * group.straps >= radii.size()) radii = std::move(widths);
+    if (2 * group.straps >= radii.size()) std::swap(radii, widths);
     const auto middle = radii.begin() + static_cast<std::ptrdiff_t>(radii.size() / 2);
     std::nth_element(radii.begin(), middle, radii.end());
     group.mean = {(1 / weight) * center, normalized(axis), *middle};
@@ -128,16 +127,17 @@ void PartSearch::make_groups(const std::vector<Affordance>& affordances) {
       group.high = std::max(group.high, h + options_->finger_width / 2);
     }
     std::sort(group.members.begin(), group.members.end());
-    groups_.push_back(std::move(group));
   }
 }
 
-void PartSearch::run(const std::vector<Affordance>& affordances, const TileStore& tiles, const NeighbourIndex& index,
-                     const DepthImage& image, std::vector<Handle>& handles, Funnel& funnel) {
-  make_groups(affordances);
-  if (conditions_.bows) find_bows(affordances, image, groups_, bows_);
+bool PartSearch::run(const std::vector<Affordance>& affordances, const TileStore& tiles, const NeighbourIndex& index,
+                     const DepthImage& image, Spares<Handle>& spares, std::vector<Handle>& handles, Funnel& funnel,
+                     const Budget& budget) {
+  std::atomic<bool> done{true};
+  make_groups(affordances, budget);
+  if (conditions_.bows) bow_search_.run(affordances, image, groups_, bows_, budget);
   found_.resize(std::max(found_.size(), groups_.size()));
-  for (std::vector<PartCandidate>& found : found_) found.clear();
+  for (Recycled<PartCandidate>& found : found_) found.clear();
   for (PartCheck& check : checks_) check.begin(*options_, tiles, index, image, conditions_);
   tbb::parallel_for(
       tbb::blocked_range<std::size_t>(0, groups_.size(), 1),
@@ -145,37 +145,44 @@ void PartSearch::run(const std::vector<Affordance>& affordances, const TileStore
         bool exists = false;
         PartCheck& check = checks_.local(exists);
         if (!exists) check.begin(*options_, tiles, index, image, conditions_);
-        for (std::size_t g = range.begin(); g < range.end(); ++g) check.run(groups_[g], affordances, found_[g]);
+        for (std::size_t g = range.begin(); g < range.end(); ++g) {
+          if (budget.spent()) {
+            done.store(false, std::memory_order_relaxed);
+            return;
+          }
+          check.run(groups_[g], affordances, found_[g]);
+        }
       },
       tbb::simple_partitioner());
-  std::vector<std::uint8_t> fate(affordances.size(), kNotAligned);
+  std::vector<std::uint8_t>& fate = fate_;
+  fate.assign(affordances.size(), kNotAligned);
   all_.clear();
   for (std::size_t g = 0; g < groups_.size(); ++g) {
     for (const std::uint32_t i : groups_[g].members) fate[i] = kUnconfirmed;
-    for (PartCandidate& candidate : found_[g]) all_.push_back(std::move(candidate));
+    for (const PartCandidate& candidate : found_[g]) all_.push_back(&candidate);
   }
-  for (const PartCandidate& candidate : all_) {
-    const Handle& h = candidate.handle;
+  for (const PartCandidate* candidate : all_) {
+    const Handle& h = candidate->handle;
     const std::uint8_t to = h.confidence < options_->effective_min_confidence() ? kLowConfidence : kInHandle;
     for (const std::uint32_t i : h.affordances) fate[i] = std::max(fate[i], to);
   }
-  resolve_parts(all_, conditions_.continue_parts, likely_, kept_);
-  handles.clear();
+  resolver_.run(all_, conditions_.continue_parts, kept_);
   for (const PartCandidate& candidate : kept_) {
     if (candidate.handle.confidence < options_->effective_min_confidence()) continue;
-    handles.push_back(candidate.handle);
-    Handle& h = handles.back();
+    Handle& h = spares.add(handles);
+    h = candidate.handle;
     if (h.path.empty()) continue;
     h.length = 0;
     for (std::size_t i = 0; i + 1 < h.path.size(); ++i) h.length += norm(h.path[i + 1] - h.path[i]);
   }
-  if (conditions_.join_curved) join_curved(handles);
+  if (conditions_.join_curved) chains_.join_curved(handles, spares);
   for (const std::uint8_t f : fate) {
     ++(f == kNotAligned      ? funnel.not_aligned
        : f == kUnconfirmed   ? funnel.unconfirmed
        : f == kLowConfidence ? funnel.low_confidence
                              : funnel.in_handles);
   }
+  return done && !budget.spent();
 }
 
 }  // namespace handhold

@@ -6,11 +6,17 @@
 #include <cstdint>
 #include <vector>
 
+#include "aligned.h"
+#include "bow_groups.h"
+#include "budget.h"
+#include "chain.h"
 #include "depth_image.h"
 #include "handhold/options.h"
 #include "handhold/result.h"
 #include "index.h"
 #include "part_check.h"
+#include "recycled.h"
+#include "resolve.h"
 #include "tiles.h"
 
 namespace handhold {
@@ -20,24 +26,37 @@ class PartSearch {
   explicit PartSearch(const Options& options, const Conditions& conditions = {})
       : options_(&options), conditions_(conditions) {}
 
-  /// Finds the handles of the affordances and counts where each affordance ended.
-  void run(const std::vector<Affordance>& affordances, const TileStore& tiles, const NeighbourIndex& index,
-           const DepthImage& image, std::vector<Handle>& handles, Funnel& funnel);
+  /// Finds the handles of the affordances and counts where each affordance ended. False: the budget was spent, and
+  /// groups of lesser affordances were left out. `handles` is empty before; `spares`: what they are made from.
+  bool run(const std::vector<Affordance>& affordances, const TileStore& tiles, const NeighbourIndex& index,
+           const DepthImage& image, Spares<Handle>& spares, std::vector<Handle>& handles, Funnel& funnel,
+           const Budget& budget = {});
 
   /// Those of the last run's parts that no other one explains, best first: also those that are no handles for want of
   /// confidence.
-  const std::vector<PartCandidate>& candidates() const { return kept_; }
+  const Recycled<PartCandidate>& candidates() const { return kept_; }
 
  private:
-  void make_groups(const std::vector<Affordance>& affordances);
+  void make_groups(const std::vector<Affordance>& affordances, const Budget& budget);
 
   const Options* options_;
   Conditions conditions_;
-  std::vector<PartGroup> groups_;
-  std::vector<Bow> bows_;
-  std::vector<std::vector<PartCandidate>> found_;  ///< of each group
-  std::vector<PartCandidate> all_, kept_;
-  std::vector<PartCandidate> likely_;
+  Recycled<PartGroup> groups_;
+  Recycled<Bow> bows_;
+  BowSearch bow_search_;
+  std::vector<Recycled<PartCandidate>> found_;  ///< of each group
+  std::vector<const PartCandidate*> all_;
+  Recycled<PartCandidate> kept_;
+  Resolver resolver_;
+  ChainSearch chains_;
+  std::vector<std::uint8_t> fate_;  ///< of each affordance
+  // What grouping takes.
+  AlignedArray<float> rows_[7];  ///< position, axis and radius of each affordance
+  AlignedArray<std::int32_t> near_;
+  std::vector<std::uint8_t> uses_;
+  std::vector<std::uint32_t> order_;
+  std::vector<std::pair<double, std::uint32_t>> members_;
+  std::vector<double> radii_, widths_;
   tbb::enumerable_thread_specific<PartCheck> checks_;
 };
 

@@ -65,30 +65,23 @@ bool parts(const Handle& g, const Handle& h, const Handle& other) {
   return std::fabs(to_other) >= 0.5 * g.length && std::fabs(to_other) <= std::fabs(to_h) - 0.5 * h.length;
 }
 
-void add_members(const Handle& from, Handle& to) {
-  std::vector<std::uint32_t> members;
-  std::set_union(to.affordances.begin(), to.affordances.end(), from.affordances.begin(), from.affordances.end(),
-                 std::back_inserter(members));
-  to.affordances = std::move(members);
+/// Where g would end if it were as long as both (m; along its axis, from its center).
+std::pair<double, double> both_ends(const Handle& g, const Handle& h) {
+  const double along = dot(h.center - g.center, g.axis);
+  return {std::min(-0.5 * g.length, along - 0.5 * h.length), std::max(0.5 * g.length, along + 0.5 * h.length)};
 }
 
-/// Makes g as long as both.
-void extend(PartCandidate& first, const PartCandidate& second) {
-  Handle& g = first.handle;
-  const Handle& h = second.handle;
-  const bool same_way = dot(g.axis, h.axis) > 0;
-  const double along = dot(h.center - g.center, g.axis);
-  const double low = std::min(-0.5 * g.length, along - 0.5 * h.length);
-  const double high = std::max(0.5 * g.length, along + 0.5 * h.length);
-  if (low < -0.5 * g.length) first.ends_low = same_way ? second.ends_low : second.ends_high;
-  if (high > 0.5 * g.length) first.ends_high = same_way ? second.ends_high : second.ends_low;
-  g.center = g.center + 0.5 * (low + high) * g.axis;
-  g.length = high - low;
-  add_members(h, g);
+/// A straight part, whatever it was found by.
+struct Stretch {
+  Vector3 center, axis;
+  double radius, length;
+};
+Stretch stretch_of(const Handle& h) {
+  return {h.center, h.axis, h.radius, h.length};
 }
 
 /// Whether g, which is likelier, explains h.
-bool overlaps(const Handle& g, const Handle& h) {
+bool overlaps(const Stretch& g, const Stretch& h) {
   const Vector3 d = h.center - g.center;
   const double cosine = std::fabs(dot(h.axis, g.axis)), along = dot(d, g.axis), across = norm(d - along * g.axis);
   const double small = std::min(h.radius, g.radius), large = std::max(h.radius, g.radius);
@@ -101,9 +94,30 @@ bool overlaps(const Handle& g, const Handle& h) {
          (std::fabs(along_h) < 0.5 * h.length && across_h < large);
 }
 
-/// Whether h is g's, which grows when h goes on where it ends. `likely`: parts that may lie between them, and that g
-/// does not grow over.
-bool takes(PartCandidate& g, const PartCandidate& h, const std::vector<PartCandidate>& likely, bool continue_parts) {
+}  // namespace
+
+void Resolver::add_members(const Handle& from, Handle& to) {
+  members_.clear();
+  std::set_union(to.affordances.begin(), to.affordances.end(), from.affordances.begin(), from.affordances.end(),
+                 std::back_inserter(members_));
+  to.affordances = members_;
+}
+
+/// Makes g as long as both.
+void Resolver::extend(PartCandidate& first, const PartCandidate& second) {
+  Handle& g = first.handle;
+  const Handle& h = second.handle;
+  const bool same_way = dot(g.axis, h.axis) > 0;
+  const auto [low, high] = both_ends(g, h);
+  if (low < -0.5 * g.length) first.ends_low = same_way ? second.ends_low : second.ends_high;
+  if (high > 0.5 * g.length) first.ends_high = same_way ? second.ends_high : second.ends_low;
+  g.center = g.center + 0.5 * (low + high) * g.axis;
+  g.length = high - low;
+  add_members(h, g);
+}
+
+/// Whether h is g's, which grows when h goes on where it ends.
+bool Resolver::takes(PartCandidate& g, const PartCandidate& h) {
   if (!g.handle.path.empty() && of_bow(g.handle, h.handle)) return add_members(h.handle, g.handle), true;
   if (g.handle.path.empty() && !h.handle.path.empty() && of_bow(h.handle, g.handle)) {
     // One of its pieces is surer than the bow's middle. That is where it is held; the piece that is there is fitted
@@ -113,36 +127,37 @@ bool takes(PartCandidate& g, const PartCandidate& h, const std::vector<PartCandi
       g.handle.path = h.handle.path;
       return add_members(h.handle, g.handle), true;
     }
-    Handle middle = h.handle;
-    middle.confidence = g.handle.confidence;
-    add_members(g.handle, middle);
-    g.handle = std::move(middle);
+    const double confidence = g.handle.confidence;
+    add_members(h.handle, g.handle);
+    g.handle = h.handle;
+    g.handle.affordances = members_;
+    g.handle.confidence = confidence;
     return true;
   }
-  if (!g.handle.path.empty() || !h.handle.path.empty() || !continue_parts || !continues(g, h)) {
-    return overlaps(g.handle, h.handle);
+  if (!g.handle.path.empty() || !h.handle.path.empty() || !continue_parts_ || !continues(g, h)) {
+    return overlaps(stretch_of(g.handle), stretch_of(h.handle));
   }
-  for (const PartCandidate& o : likely) {
-    if (parts(g.handle, h.handle, o.handle)) return false;
+  for (const PartCandidate* o : likely_) {
+    if (parts(g.handle, h.handle, o->handle)) return false;
   }
   // What is hardly a part itself makes no other one longer: its middle, where it is held, would move.
   if (h.handle.confidence < kExtends) return true;
-  PartCandidate longer = g;
-  extend(longer, h);
-  const bool over = std::any_of(likely.begin(), likely.end(), [&](const PartCandidate& o) {
-    return o.handle.confidence > h.handle.confidence && differs(g.handle, o.handle) &&
-           overlaps(longer.handle, o.handle) && !overlaps(g.handle, o.handle);
+  // Where g would be then.
+  const auto [low, high] = both_ends(g.handle, h.handle);
+  const Vector3 middle = g.handle.center + 0.5 * (low + high) * g.handle.axis;
+  const Stretch longer{middle, g.handle.axis, g.handle.radius, high - low};
+  const bool over = std::any_of(likely_.begin(), likely_.end(), [&](const PartCandidate* o) {
+    return o->handle.confidence > h.handle.confidence && differs(g.handle, o->handle) &&
+           overlaps(longer, stretch_of(o->handle)) && !overlaps(stretch_of(g.handle), stretch_of(o->handle));
   });
-  if (!over) g = std::move(longer);
+  if (!over) extend(g, h);
   return true;
 }
 
-}  // namespace
-
-void resolve_parts(std::vector<PartCandidate>& all, bool continue_parts, std::vector<PartCandidate>& likely,
-                   std::vector<PartCandidate>& kept) {
-  std::sort(all.begin(), all.end(), [](const PartCandidate& a, const PartCandidate& b) {
-    const Handle &g = a.handle, &h = b.handle;
+void Resolver::run(std::vector<const PartCandidate*>& all, bool continue_parts, Recycled<PartCandidate>& kept) {
+  continue_parts_ = continue_parts;
+  std::sort(all.begin(), all.end(), [](const PartCandidate* a, const PartCandidate* b) {
+    const Handle &g = a->handle, &h = b->handle;
     // A short piece in the bend of a bow is as sure as the straight piece beside it, and explains it less.
     const double sure_g = std::min(g.confidence, kSure), sure_h = std::min(h.confidence, kSure);
     if (sure_g != sure_h) return sure_g > sure_h;
@@ -150,25 +165,23 @@ void resolve_parts(std::vector<PartCandidate>& all, bool continue_parts, std::ve
     return g.confidence != h.confidence ? g.confidence > h.confidence : g.affordances < h.affordances;
   });
   kept.clear();
-  likely.clear();
-  for (const PartCandidate& candidate : all) {
-    if (candidate.handle.confidence >= kLikely) likely.push_back(candidate);
+  likely_.clear();
+  for (const PartCandidate* candidate : all) {
+    if (candidate->handle.confidence >= kLikely) likely_.push_back(candidate);
   }
-  for (PartCandidate& candidate : all) {
+  for (const PartCandidate* candidate : all) {
     bool explained = false;
-    for (std::size_t i = 0; i < kept.size() && !explained; ++i) {
-      explained = takes(kept[i], candidate, likely, continue_parts);
-    }
-    if (!explained) kept.push_back(std::move(candidate));
+    for (std::size_t i = 0; i < kept.size() && !explained; ++i) explained = takes(kept[i], *candidate);
+    if (!explained) kept.next() = *candidate;
   }
   // What has grown meanwhile may reach others.
   for (std::size_t i = 0; i < kept.size(); ++i) {
     for (std::size_t k = i + 1; k < kept.size();) {
-      if (!takes(kept[i], kept[k], likely, continue_parts)) {
+      if (!takes(kept[i], kept[k])) {
         ++k;
         continue;
       }
-      kept.erase(kept.begin() + static_cast<std::ptrdiff_t>(k));
+      kept.erase(k);
       k = i + 1;
     }
   }

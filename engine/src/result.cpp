@@ -14,6 +14,10 @@ std::string_view to_string(Status status) {
       return "too_few_points";
     case Status::kSuspiciousUnits:
       return "suspicious_units";
+    case Status::kDeadline:
+      return "deadline";
+    case Status::kCancelled:
+      return "cancelled";
   }
   return "unknown";
 }
@@ -40,6 +44,8 @@ std::string_view to_string(Step step) {
       return "shell_empty";
     case Step::kAffordance:
       return "affordance";
+    case Step::kCut:
+      return "cut";
   }
   return "unknown";
 }

@@ -37,6 +37,11 @@ Vector3 to_double(const float* p) {
 
 }  // namespace
 
+Sampler::Sampler(const Options& options) : options_(&options) {
+  const std::vector<double> radii = options.effective_radius();
+  snap_radius_ = static_cast<float>(*std::max_element(radii.begin(), radii.end()));
+}
+
 std::vector<int> Sampler::rounds(const Options& options) {
   const int n = options.samples;
   if (options.strategy == Strategy::kUniform) return {n};
@@ -62,8 +67,6 @@ void Sampler::begin(const TileStore& tiles, const NeighbourIndex& index, const D
   tiles_ = &tiles;
   image_ = image && !image->empty() ? image : nullptr;
   index_ = &index;
-  const std::vector<double> radii = options_->effective_radius();
-  snap_radius_ = static_cast<float>(*std::max_element(radii.begin(), radii.end()));
   inside_.clear();
   if (!options_->workspace) return;
   for (std::size_t rank = 0; rank < tiles.finite_points(); ++rank) {
@@ -97,9 +100,10 @@ void Sampler::draw_uniform(int round, int sample, int n, float* xyz) const {
   }
 }
 
-void Sampler::uniform(int round, int n, float* xyz) const {
+void Sampler::uniform(int round, int n, float* xyz, const Budget& budget) const {
   tbb::parallel_for(tbb::blocked_range<int>(0, n, 4 * kUniformAtOnce), [&](const auto& range) {
     for (int i = range.begin(); i < range.end(); i += kUniformAtOnce) {
+      budget.check();
       draw_uniform(round, i, std::min(kUniformAtOnce, range.end() - i), xyz + 3 * i);
     }
   });
@@ -140,7 +144,9 @@ void Sampler::set_centres(const std::vector<Vector3>& centres) {
   };
   const auto added = entries_.begin() + static_cast<std::ptrdiff_t>(known);
   std::sort(added, entries_.end(), before);
-  std::inplace_merge(entries_.begin(), added, entries_.end(), before);
+  merged_.resize(entries_.size());
+  std::merge(entries_.begin(), added, added, entries_.end(), merged_.begin(), before);
+  std::swap(entries_, merged_);
   entry_of_.resize(centres.size());
   double farthest = 0;
   for (std::size_t k = 0; k < 3; ++k) rough_[k].assign(entries_.size() + 15, 0.0f);
@@ -298,14 +304,15 @@ void Sampler::snap(std::vector<Proposal>& proposals, Scratch& s, float* xyz) con
   }
 }
 
-void Sampler::propose(int round, int n, float* xyz) {
+void Sampler::propose(int round, int n, float* xyz, const Budget& budget) {
   if (centres_.empty()) {
-    uniform(round, n, xyz);
+    uniform(round, n, xyz, budget);
     return;
   }
   proposals_.resize(static_cast<std::size_t>(n));
   tbb::parallel_for(tbb::blocked_range<int>(0, n, 16), [&](const auto& range) {
     for (int i = range.begin(); i < range.end(); ++i) {
+      if (i % 16 == 0) budget.check();
       Proposal& p = proposals_[static_cast<std::size_t>(i)];
       if (next(round, i, 0, p)) continue;
       p.attempt = kTries;
@@ -326,6 +333,7 @@ void Sampler::propose(int round, int n, float* xyz) {
   tbb::parallel_for(tbb::blocked_range<std::size_t>(0, runs, 4), [&](const auto& range) {
     Scratch& s = scratch_.local();
     for (std::size_t run = range.begin(); run < range.end(); ++run) {
+      if (run % 4 == 0) budget.check();
       s.run.assign(proposals_.begin() + static_cast<std::ptrdiff_t>(runs_[run]),
                    proposals_.begin() + static_cast<std::ptrdiff_t>(runs_[run + 1]));
       snap(s.run, s, xyz);

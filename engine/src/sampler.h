@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "budget.h"
 #include "depth_image.h"
 #include "handhold/options.h"
 #include "index.h"
@@ -18,7 +19,7 @@ namespace handhold {
 /// on the number of threads.
 class Sampler {
  public:
-  explicit Sampler(const Options& options) : options_(&options) {}
+  explicit Sampler(const Options& options);
 
   /// Samples of each round: one round for uniform sampling; otherwise half of the samples (0.4 of more than 2000) and
   /// ten equal rounds, the last one with the remainder.
@@ -31,14 +32,15 @@ class Sampler {
   std::size_t points() const { return options_->workspace ? inside_.size() : tiles_->finite_points(); }
 
   /// n samples, uniformly over the points. xyz: 3 * n (m).
-  void uniform(int round, int n, float* xyz) const;
+  /// @throws Budget::Spent; so does propose
+  void uniform(int round, int n, float* xyz, const Budget& budget = {}) const;
 
   /// The centres of the affordances found so far (m): what proposals are drawn about.
   void set_centres(const std::vector<Vector3>& centres);
 
   /// n samples from the proposal distribution about the centres, brought to the nearest point of the cloud within the
   /// first radius. A sample that finds none in 100 tries is drawn uniformly. Parallel. With no centres all are uniform.
-  void propose(int round, int n, float* xyz);
+  void propose(int round, int n, float* xyz, const Budget& budget = {});
 
   /// The raw draw of Algorithm 2 (or of g_sum) before it is brought to the cloud: which centre, where, and whether it
   /// is accepted. For tests of the distribution.
@@ -89,7 +91,7 @@ class Sampler {
     Vector3 position;
   };
   std::vector<Vector3> centres_;
-  std::vector<Entry> entries_;
+  std::vector<Entry> entries_, merged_;
   std::vector<std::uint32_t> entry_of_;  ///< centre -> its entry
   /// The entries' positions relative to the first one, in single precision (m); with 15 more numbers.
   std::array<std::vector<float>, 3> rough_;

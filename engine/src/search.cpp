@@ -4,6 +4,7 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <cstring>
 #include <tuple>
@@ -26,6 +27,7 @@ constexpr int kLeastOfFit = 10;
 /// A sample whose curvature is too low at so many radii in a row, from the largest on, is not looked at any closer: 3 %
 /// of such samples have an affordance at a smaller radius, and the handles are as right without them.
 constexpr int kFlatScales = 2;
+constexpr std::uint32_t kStrapsAtOnce = 8;  ///< between two looks at the clock
 /// Centres of shells that one index query serves lie in a box of at most this diagonal (m).
 constexpr float kShellGroup = 0.12f;
 
@@ -190,7 +192,10 @@ void Search::make_tasks(std::uint32_t n) {
   tasks_.push_back(groups_.size());
 }
 
-void Search::run(const float* xyz, std::uint32_t n, std::uint32_t first, Step* steps, std::vector<Affordance>& found) {
+bool Search::run(const float* xyz, std::uint32_t n, std::uint32_t first, Step* steps, std::vector<Affordance>& found,
+                 const Budget& budget) {
+  budget_ = budget;
+  std::atomic<bool> done{true};
   sort_samples(xyz, n);
   make_groups(n);
   make_tasks(n);
@@ -200,7 +205,15 @@ void Search::run(const float* xyz, std::uint32_t n, std::uint32_t first, Step* s
       tbb::blocked_range<std::size_t>(0, tasks_.size() - 1, 1),
       [&](const auto& range) {
         Scratch& s = scratch_.local();
-        for (std::size_t t = range.begin(); t < range.end(); ++t) run_task(tasks_[t], tasks_[t + 1], steps, s);
+        for (std::size_t t = range.begin(); t < range.end(); ++t) {
+          const std::size_t before = s.found.size();
+          if (run_task(tasks_[t], tasks_[t + 1], steps, s)) continue;
+          // What was begun is as if it had not been.
+          s.found.erase(s.found.begin() + static_cast<std::ptrdiff_t>(before), s.found.end());
+          for (std::uint32_t i = groups_[tasks_[t]].begin; i < groups_[tasks_[t + 1] - 1].end; ++i)
+            steps[number_[i]] = Step::kCut;
+          done.store(false, std::memory_order_relaxed);
+        }
       },
       tbb::simple_partitioner());
   // In the order of the samples; of several radii the one whose quadric fits best for its size explains the place.
@@ -216,20 +229,24 @@ void Search::run(const float* xyz, std::uint32_t n, std::uint32_t first, Step* s
     found.push_back(best->affordance);
     found.back().sample += first;
   }
+  return done;
 }
 
 /// All scales of some groups. A sample's step is the furthest that it came to.
-void Search::run_task(std::size_t first_group, std::size_t last_group, Step* steps, Scratch& s) const {
+bool Search::run_task(std::size_t first_group, std::size_t last_group, Step* steps, Scratch& s) const {
   s.kernel.require(kernels::scratch_bytes(static_cast<std::int32_t>((*layers_)[0].tiles->blocks())));
   s.moments.require(kGroupsPerTask * kernels::kMaxGroup);
   s.centres.require(3 * kernels::kMaxGroup);
   s.reached.require(kGroupsPerTask * kernels::kMaxGroup);
   s.flat.assign(groups_[last_group - 1].end - groups_[first_group].begin, 0);
-  for (std::size_t g = first_group; g < last_group; ++g) measure_density(groups_[g], s.near[g - first_group], s);
+  for (std::size_t g = first_group; g < last_group; ++g) {
+    if (budget_.spent()) return false;
+    measure_density(groups_[g], s.near[g - first_group], s);
+  }
   // The largest one first: where it is flat, the smaller ones need not be looked at.
   for (auto scale = scales_.rbegin(); scale != scales_.rend(); ++scale) {
     for (std::size_t g = first_group; g < last_group; ++g) choose_layer(*scale, s.near[g - first_group]);
-    run_scale(first_group, last_group, *scale, s);
+    if (!run_scale(first_group, last_group, *scale, s)) return false;
     for (std::size_t k = 0; k < s.sample.size(); ++k) {
       Step& step = steps[number_[s.sample[k]]];
       step = std::max(step, s.reached[k]);
@@ -238,15 +255,17 @@ void Search::run_task(std::size_t first_group, std::size_t last_group, Step* ste
                                                  : 0;
     }
   }
-  if (!image_ || !conditions_.straps) return;
+  if (!image_ || !conditions_.straps) return true;
   Stopwatch watch;
   for (std::uint32_t i = groups_[first_group].begin; i < groups_[last_group - 1].end; ++i) {
     Found found;
+    if (i % kStrapsAtOnce == 0 && budget_.spent()) return false;
     if (steps[number_[i]] == Step::kAffordance || !find_strap(i, found)) continue;
     steps[number_[i]] = Step::kAffordance;
     s.found.push_back(found);
   }
   watch.lap(s.seconds.shell);
+  return true;
 }
 
 /// Points of the full cloud per square of a ball's radius, from three of the group's samples; 0: thinning is not
@@ -278,7 +297,7 @@ void Search::choose_layer(const Scale& scale, Near& near) const {
   near.share = 1.0 / static_cast<double>(1u << 2 * i);
 }
 
-void Search::run_scale(std::size_t first_group, std::size_t last_group, const Scale& scale, Scratch& s) const {
+bool Search::run_scale(std::size_t first_group, std::size_t last_group, const Scale& scale, Scratch& s) const {
   const kernels::Kernels& k = kernels::kernels();
   s.sample.clear();
   s.group.clear();
@@ -300,6 +319,7 @@ void Search::run_scale(std::size_t first_group, std::size_t last_group, const Sc
     }
     const auto n = static_cast<std::int32_t>(s.sample.size() - at);
     if (n == 0) continue;
+    if (budget_.spent()) return false;
     near.blocks.fill(tiles, *near.layer.index, group.low, group.high, static_cast<float>(scale.radius));
     watch.lap(s.seconds.neighbours);
     // Of a thinned layer's points a fit needs as many as of any, but no more than their share of what the user wants.
@@ -324,23 +344,21 @@ void Search::run_scale(std::size_t first_group, std::size_t last_group, const Sc
     }
     watch.lap(s.seconds.moments);
   }
-  fit(scale.radius, s);
+  if (!fit(scale.radius, s)) return false;
   watch.lap(s.seconds.fit);
-  if (image_) {
-    find_cylinders(scale.radius, s);
-  } else {
-    find_shells(s);
-  }
+  const bool done = image_ ? find_cylinders(scale.radius, s) : find_shells(s);
   watch.lap(s.seconds.shell);
+  return done;
 }
 
 /// Quadric, curvature and circle of the chunk's neighbourhoods; what passes becomes a candidate.
-void Search::fit(double radius, Scratch& s) const {
+bool Search::fit(double radius, Scratch& s) const {
   const kernels::Kernels& k = kernels::kernels();
   kernels::FitBatch& f = s.fit;
   const double least_curvature = radius / ((image_ ? 1.5 : 1) * options_->effective_reach());
   for (std::size_t first = 0; first < s.whole.size(); first += kernels::kBatch) {
     const std::size_t n = std::min<std::size_t>(kernels::kBatch, s.whole.size() - first);
+    if (budget_.spent()) return false;
     f.idle = static_cast<std::int32_t>(kernels::kBatch - n);
     for (std::size_t lane = 0; lane < kernels::kBatch; ++lane) {
       const kernels::Moments& m = s.moments[s.whole[first + (lane < n ? lane : 0)]];
@@ -399,10 +417,11 @@ void Search::fit(double radius, Scratch& s) const {
       s.candidates.push_back(c);
     }
   }
+  return true;
 }
 
 /// Shells of the chunk's candidates, group by group of near centres.
-void Search::find_shells(Scratch& s) const {
+bool Search::find_shells(Scratch& s) const {
   const auto [tiles, index] = (*layers_)[0];
   const kernels::Kernels& k = kernels::kernels();
   const double half_width = options_->finger_width / 2, gap = options_->finger_thickness;
@@ -417,6 +436,7 @@ void Search::find_shells(Scratch& s) const {
     float low[3], high[3];
     double farthest = 0;
     std::size_t last = first;
+    if (budget_.spent()) return false;
     for (; last < s.candidates.size(); ++last) {
       const Candidate& c = s.candidates[last];
       float l[3], h[3], d2 = 0;
@@ -459,6 +479,7 @@ void Search::find_shells(Scratch& s) const {
       s.found.push_back({a, c.residual, c.scale});
     }
   }
+  return true;
 }
 
 }  // namespace handhold

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "aligned.h"
+#include "budget.h"
 #include "conditions.h"
 #include "cylinder.h"
 #include "depth_image.h"
@@ -42,7 +43,9 @@ class Search {
 
   /// Looks at `n` samples (xyz: 3 * n, m) in parallel. steps[i] says where sample i ended (the furthest, of several
   /// radii). Affordances are appended to `found` in the order of their samples; Affordance::sample is first + i.
-  void run(const float* xyz, std::uint32_t n, std::uint32_t first, Step* steps, std::vector<Affordance>& found);
+  /// False: the budget was spent; steps say kCut of the samples that were not looked at to the end.
+  bool run(const float* xyz, std::uint32_t n, std::uint32_t first, Step* steps, std::vector<Affordance>& found,
+           const Budget& budget = {});
 
   /// Time of all runs since `begin`, summed over threads.
   StepSeconds seconds() const;
@@ -102,19 +105,20 @@ class Search {
   void sort_samples(const float* xyz, std::uint32_t n);
   void make_groups(std::uint32_t n);
   void make_tasks(std::uint32_t n);
-  void run_task(std::size_t first_group, std::size_t last_group, Step* steps, Scratch& s) const;
-  void run_scale(std::size_t first_group, std::size_t last_group, const Scale& scale, Scratch& s) const;
+  bool run_task(std::size_t first_group, std::size_t last_group, Step* steps, Scratch& s) const;
+  bool run_scale(std::size_t first_group, std::size_t last_group, const Scale& scale, Scratch& s) const;
   void measure_density(const Group& group, Near& near, Scratch& s) const;
   void choose_layer(const Scale& scale, Near& near) const;
-  void fit(double radius, Scratch& s) const;
-  void find_shells(Scratch& s) const;
-  void find_cylinders(double radius, Scratch& s) const;
+  bool fit(double radius, Scratch& s) const;
+  bool find_shells(Scratch& s) const;
+  bool find_cylinders(double radius, Scratch& s) const;
   Step refuse(const Vector3& position, double ball, double rms, double sigma, double slack, Cylinder& cylinder) const;
   bool find_strap(std::uint32_t at, Found& found) const;
   Step judge(const Candidate& candidate, double radius, Scratch& s, Found& found) const;
 
   const Options* options_;
   Conditions conditions_;
+  Budget budget_;  ///< of the run; what returns false found it spent
   const Layers* layers_ = nullptr;
   const DepthImage* image_ = nullptr;  ///< not null: the default method
   std::optional<Vector3> viewpoint_;

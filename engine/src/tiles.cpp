@@ -15,6 +15,9 @@ namespace {
 
 constexpr std::size_t kRankStep = 256;
 constexpr std::size_t kSubset = 2048;
+/// Work between two looks at the clock: some 50 us.
+constexpr std::uint32_t kBlocksAtOnce = 16;
+constexpr std::size_t kPointsAtOnce = 8192;
 
 bool usable(const float* p) {
   // The kernels leave out what is beyond 1e6 m; the comparison is false for NaN.
@@ -112,7 +115,7 @@ void TileStore::finish_block(std::uint32_t block) {
   whole[3] = whole[7] = 0;
 }
 
-void TileStore::build_organized(const CloudView& cloud, std::uint32_t step) {
+void TileStore::build_organized(const CloudView& cloud, std::uint32_t step, const Budget& budget) {
   const std::uint32_t across = (thinned(cloud.width, step) + 15) / 16, down = (thinned(cloud.height, step) + 15) / 16;
   if (order_width_ != across || order_height_ != down) {
     order_.resize(static_cast<std::size_t>(across) * down);
@@ -126,6 +129,7 @@ void TileStore::build_organized(const CloudView& cloud, std::uint32_t step) {
   allocate(static_cast<std::uint32_t>(order_.size()));
   tbb::parallel_for(tbb::blocked_range<std::uint32_t>(0, blocks_, 32), [&](const auto& range) {
     for (std::uint32_t b = range.begin(); b < range.end(); ++b) {
+      if (b % kBlocksAtOnce == 0) budget.check();
       load_block(cloud, step, order_[b] % across * 16, order_[b] / across * 16,
                  points_.data() + 768 * static_cast<std::size_t>(b));
       finish_block(b);
@@ -133,7 +137,7 @@ void TileStore::build_organized(const CloudView& cloud, std::uint32_t step) {
   });
 }
 
-void TileStore::build_unorganized(const CloudView& cloud) {
+void TileStore::build_unorganized(const CloudView& cloud, const Budget& budget) {
   // Cells of 8 mm where they cover the cloud in 7 bits a coordinate; otherwise 11 bits and cells as large as it takes.
   // A few stray points far away must not make the cells of all others coarse: bounds are robust, keys are clamped.
   float extent = 0;
@@ -151,6 +155,7 @@ void TileStore::build_unorganized(const CloudView& cloud) {
   other_keys_.require(n);
   std::size_t finite = 0;
   for (std::size_t i = 0; i < n; ++i) {
+    if (i % kPointsAtOnce == 0) budget.check();
     const float* p = cloud.point(i);
     if (!usable(p)) continue;
     std::uint32_t c[3];
@@ -164,6 +169,7 @@ void TileStore::build_unorganized(const CloudView& cloud) {
   allocate(static_cast<std::uint32_t>((finite + 255) / 256));
   tbb::parallel_for(tbb::blocked_range<std::uint32_t>(0, blocks_, 32), [&](const auto& range) {
     for (std::uint32_t b = range.begin(); b < range.end(); ++b) {
+      if (b % kBlocksAtOnce == 0) budget.check();
       float* block = points_.data() + 768 * static_cast<std::size_t>(b);
       for (std::size_t j = 0; j < 256; ++j) {
         const std::size_t at = 256 * static_cast<std::size_t>(b) + j;
@@ -194,7 +200,8 @@ void TileStore::find_robust_bounds(const CloudView& cloud) {
   }
   const std::size_t count = subset_.size() / 3;
   if (count == 0) return;
-  std::vector<float> values(count);
+  std::vector<float>& values = values_;
+  values.resize(count);
   for (std::size_t k = 0; k < 3; ++k) {
     for (std::size_t i = 0; i < count; ++i) values[i] = subset_[3 * i + k];
     const std::size_t low = count / 50, high = count - 1 - low;
@@ -205,24 +212,24 @@ void TileStore::find_robust_bounds(const CloudView& cloud) {
   }
 }
 
-void TileStore::build(const CloudView& cloud) {
+void TileStore::build(const CloudView& cloud, const Budget& budget) {
   find_robust_bounds(cloud);
   // A single row or column is no image, whatever its height says.
   organized_ = cloud.width >= 4 && cloud.height >= 4;
   if (organized_) {
-    build_organized(cloud, 1);
+    build_organized(cloud, 1, budget);
   } else {
-    build_unorganized(cloud);
+    build_unorganized(cloud, budget);
   }
   number_points();
 }
 
-void TileStore::build_thinned(const CloudView& cloud, const TileStore& full, std::uint32_t step) {
+void TileStore::build_thinned(const CloudView& cloud, const TileStore& full, std::uint32_t step, const Budget& budget) {
   std::copy(full.robust_low_, full.robust_low_ + 3, robust_low_);
   std::copy(full.robust_high_, full.robust_high_ + 3, robust_high_);
   organized_ = full.organized_;
   if (organized_) {
-    build_organized(cloud, step);
+    build_organized(cloud, step, budget);
     number_points();
     return;
   }
@@ -230,6 +237,7 @@ void TileStore::build_thinned(const CloudView& cloud, const TileStore& full, std
   allocate(static_cast<std::uint32_t>((finite + 255) / 256));
   tbb::parallel_for(tbb::blocked_range<std::uint32_t>(0, blocks_, 32), [&](const auto& range) {
     for (std::uint32_t b = range.begin(); b < range.end(); ++b) {
+      if (b % kBlocksAtOnce == 0) budget.check();
       float* block = points_.data() + 768 * static_cast<std::size_t>(b);
       for (std::size_t j = 0; j < 256; ++j) {
         const std::size_t at = 256 * static_cast<std::size_t>(b) + j, from = area * at;

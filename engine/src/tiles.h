@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "aligned.h"
+#include "budget.h"
 #include "handhold/cloud.h"
 #include "kernels.h"
 
@@ -18,10 +19,11 @@ namespace handhold {
 class TileStore {
  public:
   /// Builds from a cloud, in parallel in the caller's TBB arena. Points that are not finite are left out.
-  void build(const CloudView& cloud);
+  /// @throws Budget::Spent, and nothing may be asked of this before another cloud is built
+  void build(const CloudView& cloud, const Budget& budget = {});
   /// Builds from a part of the points of `full`, which was built from the same cloud: every step-th row and column of
   /// an image, otherwise every (step * step)-th point in their order along the Morton curve. step >= 1.
-  void build_thinned(const CloudView& cloud, const TileStore& full, std::uint32_t step);
+  void build_thinned(const CloudView& cloud, const TileStore& full, std::uint32_t step, const Budget& budget = {});
 
   kernels::Tiles view() const {
     return {points_.data(), boxes_.data(), full_.data(), sums_.data(), static_cast<std::int32_t>(blocks_)};
@@ -44,8 +46,8 @@ class TileStore {
   const float* robust_high() const { return robust_high_; }
 
  private:
-  void build_organized(const CloudView& cloud, std::uint32_t step);
-  void build_unorganized(const CloudView& cloud);
+  void build_organized(const CloudView& cloud, std::uint32_t step, const Budget& budget);
+  void build_unorganized(const CloudView& cloud, const Budget& budget);
   void allocate(std::uint32_t blocks);
   void finish_block(std::uint32_t block);
   void number_points();
@@ -59,7 +61,7 @@ class TileStore {
   std::vector<std::uint32_t> order_;       ///< organized: block -> row-major position of its 16x16 pixels
   std::vector<std::uint64_t> first_rank_;  ///< [block + 1] points in the blocks before
   std::vector<std::uint32_t> rank_hint_;   ///< [rank / kRankStep] a block at or before the one that holds the rank
-  std::vector<float> subset_;
+  std::vector<float> subset_, values_;
   std::uint32_t order_width_ = 0, order_height_ = 0;
   std::uint32_t blocks_ = 0;
   bool organized_ = false;

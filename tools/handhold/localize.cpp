@@ -204,7 +204,10 @@ double extent(const CloudView& cloud) {
 std::string why_failed(const std::string& path, const CloudView& cloud, const Options& options, const Result& result) {
   switch (result.status) {
     case Status::kOk:
+    case Status::kDeadline:
       return {};
+    case Status::kCancelled:
+      break;
     case Status::kEmpty:
       return "'" + path + "' has no points; give a cloud with points";
     case Status::kNoFinitePoints:
@@ -228,7 +231,8 @@ std::vector<StageTimes> run_repeatedly(Localizer& localizer, const CloudView& cl
                                        Progress& progress) {
   progress.show("searching");
   localizer.localize(cloud, result);
-  if (repeat == 0 || result.status != Status::kOk) return {result.times_ms};
+  const bool searched = result.status == Status::kOk || result.status == Status::kDeadline;
+  if (repeat == 0 || !searched) return {result.times_ms};
   std::vector<StageTimes> times;
   for (int i = 0; i < repeat; ++i) {
     progress.show("run " + std::to_string(i + 1) + " of " + std::to_string(repeat));

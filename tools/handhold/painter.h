@@ -16,7 +16,7 @@
 namespace handhold {
 
 constexpr double kPi = 3.14159265358979323846;
-constexpr std::size_t kStepCount = static_cast<std::size_t>(Step::kAffordance) + 1;
+constexpr std::size_t kStepCount = static_cast<std::size_t>(Step::kCut) + 1;
 constexpr Color kInk{0.02f, 0.02f, 0.025f}, kText{0.9f, 0.91f, 0.92f}, kCyan{0.1f, 0.87f, 0.95f};
 
 // Told apart from each other, from gray, and from the affordances' cyan.
@@ -33,6 +33,7 @@ inline Color handle_color(std::size_t i) {
 inline Color step_color(Step step) {
   switch (step) {
     case Step::kTooFewPoints:
+    case Step::kCut:
       return {0.55f, 0.55f, 0.58f};
     case Step::kFlat:
     case Step::kCurvatureLow:

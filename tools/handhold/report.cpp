@@ -70,6 +70,8 @@ std::vector<StepCount> sample_steps(const Options& o, const Funnel& f) {
       {f.shell_empty, "had a gap, but too little surface within it",
        setting("shell_inner_area_mm2", o.shell_inner_area_mm2, "mm^2"),
        "lower --shell-inner-area-mm2 or raise --finger-width"},
+      {f.cut, "were not looked at in time", o.deadline_ms ? setting("deadline_ms", *o.deadline_ms, "ms") : "",
+       "raise --deadline-ms, or lower --samples"},
   };
 }
 
@@ -85,8 +87,8 @@ std::vector<StepCount> affordance_steps(const Options& o, const Funnel& f) {
        "raise --samples; the part is short, of several pieces, or beside space that was not seen"},
       {f.too_short, "stood in a row too short for a handle", setting("handle_min_length", o.handle_min_length, "m"),
        "lower --handle-min-length, or raise --handle-gap or --samples"},
-      {f.low_confidence, "belonged to handles of low confidence", setting("min_confidence", o.effective_min_confidence()),
-       "lower --min-confidence"},
+      {f.low_confidence, "belonged to handles of low confidence",
+       setting("min_confidence", o.effective_min_confidence()), "lower --min-confidence"},
   };
 }
 
@@ -119,6 +121,7 @@ std::string summary_table(const std::string& source, const Result& result, const
                  counted(result.funnel.samples, "sample").c_str());
   text += counted(static_cast<std::int64_t>(result.affordances.size()), "affordance");
   if (times) text += format("; %.1f ms", times->median_ms.total);
+  if (result.status == Status::kDeadline) text += "; cut by the deadline";
   text += "\n";
   if (result.handles.empty()) return text;
   text += "  no     centre x        y        z mm     axis x      y      z   radius mm  length mm  confidence\n";

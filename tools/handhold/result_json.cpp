@@ -44,6 +44,7 @@ Json funnel_json(const Funnel& funnel) {
           {"no_gap", funnel.no_gap},
           {"shell_empty", funnel.shell_empty},
           {"affordances", funnel.affordances},
+          {"cut", funnel.cut},
           {"not_aligned", funnel.not_aligned},
           {"unconfirmed", funnel.unconfirmed},
           {"too_short", funnel.too_short},

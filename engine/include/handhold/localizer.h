@@ -29,6 +29,10 @@ class Localizer {
   /// The same into a result that is reused.
   void localize(const CloudView& cloud, Result& result);
 
+  /// Ends the frame in progress, from another thread: it returns soon, with Status::kCancelled and nothing found. Does
+  /// nothing when none is in progress.
+  void cancel() noexcept;
+
   /// The samples of the last frame and where each ended, in the order in which they were drawn; Affordance::sample is
   /// an index into them. Empty before the first frame and for one that was not searched. Made on demand.
   std::vector<Sample> samples() const;

@@ -78,6 +78,9 @@ struct Options {
   /// worse than a part that is passed over.
   std::optional<double> min_confidence;
   // Running
+  /// ms, from the call on; then the frame ends with what was found (Status::kDeadline). How much that is depends on the
+  /// machine: such a result is not the same again. Default: none
+  std::optional<double> deadline_ms;
   int threads = 0;  ///< 0: the caller's TBB arena as it is; otherwise an arena of that many, or
                     ///< of as many as tbb::global_control allows when the localizer is made
 
@@ -150,6 +153,8 @@ void visit_options(O& o, Visitor&& visit) {
   visit(o.handle_min_length, OptionInfo{"handle_min_length", "m", "extent along the axis that a handle needs"});
   visit(o.min_confidence, OptionInfo{"min_confidence", "",
                                      "0 to 1: handles below it are left out; default 0.8, 0 with the paper's method"});
+  visit(o.deadline_ms,
+        OptionInfo{"deadline_ms", "ms", "the frame ends after so long, with what was found; default: when it is done"});
   visit(o.threads, OptionInfo{"threads", "", "threads to use; 0: all"});
 }
 

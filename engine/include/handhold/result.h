@@ -10,15 +10,17 @@
 
 namespace handhold {
 
-/// How a frame went. Everything but kOk means that there are no handles and says why.
+/// How a frame went. Everything but kOk and kDeadline means that there are no handles and says why.
 enum class Status {
   kOk,               ///< the cloud was searched; there may still be no handles
   kEmpty,            ///< the cloud has no points
   kNoFinitePoints,   ///< every point has a coordinate that is NaN, infinite or beyond 1e6 m
   kTooFewPoints,     ///< fewer finite points than one fit needs (Options::min_neighbours), or none in the workspace
   kSuspiciousUnits,  ///< the cloud is over 100 m wide: probably millimetres
+  kDeadline,         ///< Options::deadline_ms ended the search; what had been found by then is there
+  kCancelled,        ///< Localizer::cancel() ended the search
 };
-/// "ok", "empty", "no_finite_points", "too_few_points", "suspicious_units"
+/// "ok", "empty", "no_finite_points", "too_few_points", "suspicious_units", "deadline", "cancelled"
 std::string_view to_string(Status);
 
 /// One cylindrical shell that satisfies the conditions of an enveloping grasp (paper, section 3).
@@ -45,8 +47,8 @@ struct Handle {
   double length = 0;          ///< m; extent along the axis
   double confidence = 0;      ///< 0..1; default method: probability that the handle is right, calibrated on simulated
                               ///< scenes; paper's: from the number of affordances and the length, not calibrated
-  std::vector<Vector3> path;  ///< m; line through a curved handle's middle, end to end; `center` is near its middle, `axis`
-                              ///< the tangent there, `length` its own; empty: straight
+  std::vector<Vector3> path;  ///< m; line through a curved handle's middle, end to end; `center` is near its middle,
+                              ///< `axis` the tangent there, `length` its own; empty: straight
   std::vector<std::uint32_t> affordances;  ///< indices into Result::affordances, ascending
   // What the confidence of the default method rests on; 0 with the paper's.
   double arc = 0;            ///< rad; angle about the axis within which points were measured
@@ -67,8 +69,9 @@ enum class Step : std::uint8_t {
   kNoGap,
   kShellEmpty,
   kAffordance,
+  kCut,
 };
-/// Name of the Funnel's count: "too_few_points", "flat", ...; "affordance"
+/// Name of the Funnel's count: "too_few_points", "flat", ...; "affordance", "cut"
 std::string_view to_string(Step);
 
 /// A neighbourhood that was looked at.
@@ -90,6 +93,7 @@ struct Funnel {
   std::int64_t no_gap = 0;          ///< no empty gap for the fingers, or none that was seen
   std::int64_t shell_empty = 0;     ///< a gap, but too few points within the shell
   std::int64_t affordances = 0;     ///< samples that gave an affordance
+  std::int64_t cut = 0;             ///< drawn, but not looked at to the end: Options::deadline_ms came first
   // Of the affordances:
   std::int64_t not_aligned = 0;     ///< in no group of Options::handle_min_affordances aligned ones
   std::int64_t unconfirmed = 0;     ///< in a group that the cloud's points do not bear out (default method)
