@@ -142,14 +142,14 @@ void expect_same(const handhold_localizer* c, const Result& cpp) {
   handhold_funnel a;
   ASSERT_EQ(handhold_get_funnel(c, &a, sizeof a), HANDHOLD_OK);
   const Funnel& b = cpp.funnel;
-  const std::int64_t counts_c[] = {a.samples,     a.too_few_points, a.flat,           a.curvature_low,
-                                   a.concave,     a.circle_wide,    a.circle_narrow,  a.poor_fit,
-                                   a.no_gap,      a.shell_empty,    a.affordances,    a.not_aligned,
-                                   a.unconfirmed, a.too_short,      a.low_confidence, a.in_handles};
-  const std::int64_t counts_cpp[] = {b.samples,     b.too_few_points, b.flat,           b.curvature_low,
-                                     b.concave,     b.circle_wide,    b.circle_narrow,  b.poor_fit,
-                                     b.no_gap,      b.shell_empty,    b.affordances,    b.not_aligned,
-                                     b.unconfirmed, b.too_short,      b.low_confidence, b.in_handles};
+  const std::int64_t counts_c[] = {
+      a.samples,       a.too_few_points, a.flat,      a.curvature_low,  a.concave,     a.circle_wide,
+      a.circle_narrow, a.poor_fit,       a.no_gap,    a.shell_empty,    a.affordances, a.cut,
+      a.not_aligned,   a.unconfirmed,    a.too_short, a.low_confidence, a.in_handles};
+  const std::int64_t counts_cpp[] = {
+      b.samples,       b.too_few_points, b.flat,      b.curvature_low,  b.concave,     b.circle_wide,
+      b.circle_narrow, b.poor_fit,       b.no_gap,    b.shell_empty,    b.affordances, b.cut,
+      b.not_aligned,   b.unconfirmed,    b.too_short, b.low_confidence, b.in_handles};
   for (std::size_t i = 0; i < std::size(counts_c); ++i) EXPECT_EQ(counts_c[i], counts_cpp[i]) << "count " << i;
 }
 
@@ -173,11 +173,10 @@ TEST(CLibrary, NumbersNeverChange) {
     EXPECT_STRNE(handhold_code_text(i), handhold_code_text(-1)) << i;
   }
   EXPECT_STREQ(handhold_code_text(-1), "unknown code");
-  const std::pair<int, Status> statuses[] = {{0, Status::kOk},
-                                             {1, Status::kEmpty},
-                                             {2, Status::kNoFinitePoints},
-                                             {3, Status::kTooFewPoints},
-                                             {4, Status::kSuspiciousUnits}};
+  const std::pair<int, Status> statuses[] = {
+      {0, Status::kOk},           {1, Status::kEmpty},           {2, Status::kNoFinitePoints},
+      {3, Status::kTooFewPoints}, {4, Status::kSuspiciousUnits}, {5, Status::kDeadline},
+      {6, Status::kCancelled}};
   for (const auto& [number, status] : statuses) EXPECT_STREQ(handhold_status_text(number), to_string(status).data());
   EXPECT_STREQ(handhold_status_text(-1), "unknown");
   EXPECT_STREQ(handhold_status_text(1000), "unknown");
@@ -349,6 +348,16 @@ TEST(CLocalizer, StatusSaysWhyACloudWasNotSearched) {
   ASSERT_EQ(handhold_localize(localizer.get(), &cloud, sizeof cloud), HANDHOLD_OK);
   EXPECT_EQ(frame_of(localizer.get()).status, HANDHOLD_STATUS_SUSPICIOUS_UNITS);
   EXPECT_EQ(frame_of(localizer.get()).points, 100u);
+}
+
+TEST(CLocalizer, EndsAtItsDeadline) {
+  const Options_ options = make_options();
+  ASSERT_EQ(handhold_set(options.get(), "deadline_ms", "1e-6"), HANDHOLD_OK);
+  const Localizer_ localizer = make_localizer(options.get());
+  const handhold_cloud cloud = c_view(table_scene());
+  ASSERT_EQ(handhold_localize(localizer.get(), &cloud, sizeof cloud), HANDHOLD_OK);
+  EXPECT_EQ(frame_of(localizer.get()).status, HANDHOLD_STATUS_DEADLINE);
+  EXPECT_EQ(frame_of(localizer.get()).handles, 0u);
 }
 
 // ---- Mistakes ------------------------------------------------------------------------------------------------------
@@ -629,6 +638,27 @@ TEST(CThreads, AResultThatIsBeingMadeIsACode) {
   seen = true;
   other.join();
   EXPECT_EQ(handhold_get_frame(localizer.get(), &frame, sizeof frame), HANDHOLD_OK);
+}
+
+TEST(CThreads, AnotherMayCancel) {
+  const Options_ options = make_options();
+  ASSERT_EQ(handhold_set(options.get(), "samples", "20000"), HANDHOLD_OK);  // long enough to be met
+  const Localizer_ localizer = make_localizer(options.get());
+  const handhold_cloud cloud = c_view(table_scene());
+  EXPECT_EQ(handhold_cancel(nullptr), HANDHOLD_NULL_ARGUMENT);
+  EXPECT_EQ(handhold_cancel(reinterpret_cast<handhold_localizer*>(options.get())), HANDHOLD_BAD_OBJECT);
+  EXPECT_EQ(handhold_cancel(localizer.get()), HANDHOLD_OK);
+  std::atomic<bool> over{false};
+  std::thread other([&] {
+    while (!over) EXPECT_EQ(handhold_cancel(localizer.get()), HANDHOLD_OK), std::this_thread::yield();
+  });
+  EXPECT_EQ(handhold_localize(localizer.get(), &cloud, sizeof cloud), HANDHOLD_OK);
+  over = true;
+  other.join();
+  EXPECT_EQ(frame_of(localizer.get()).status, HANDHOLD_STATUS_CANCELLED);
+  EXPECT_EQ(frame_of(localizer.get()).handles, 0u);
+  ASSERT_EQ(handhold_localize(localizer.get(), &cloud, sizeof cloud), HANDHOLD_OK);
+  EXPECT_EQ(frame_of(localizer.get()).status, HANDHOLD_STATUS_OK);
 }
 
 TEST(CThreads, SeveralReadOneResult) {

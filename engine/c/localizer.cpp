@@ -74,9 +74,9 @@ handhold_affordance to_c(const handhold::Affordance& from) {
 }
 
 handhold_funnel to_c(const handhold::Funnel& f) {
-  return {f.samples,       f.too_few_points, f.flat,           f.curvature_low, f.concave,     f.circle_wide,
-          f.circle_narrow, f.poor_fit,       f.no_gap,         f.shell_empty,   f.affordances, f.not_aligned,
-          f.unconfirmed,   f.too_short,      f.low_confidence, f.in_handles};
+  return {f.samples,       f.too_few_points, f.flat,      f.curvature_low,  f.concave,     f.circle_wide,
+          f.circle_narrow, f.poor_fit,       f.no_gap,    f.shell_empty,    f.affordances, f.cut,
+          f.not_aligned,   f.unconfirmed,    f.too_short, f.low_confidence, f.in_handles};
 }
 
 handhold_times to_c(const handhold::StageTimes& t) {
@@ -158,6 +158,12 @@ handhold_code handhold_localize(handhold_localizer* localizer, const handhold_cl
   localizer->has_result = code == HANDHOLD_OK;
   localizer->running.store(false, std::memory_order_release);
   return code;
+}
+
+handhold_code handhold_cancel(handhold_localizer* localizer) {
+  if (const handhold_code code = check(localizer)) return code;
+  localizer->localizer.cancel();
+  return HANDHOLD_OK;
 }
 
 const char* handhold_localizer_message(const handhold_localizer* localizer) {

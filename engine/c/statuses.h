@@ -20,6 +20,10 @@ inline handhold_status status_of(Status status) noexcept {
       return HANDHOLD_STATUS_TOO_FEW_POINTS;
     case Status::kSuspiciousUnits:
       return HANDHOLD_STATUS_SUSPICIOUS_UNITS;
+    case Status::kDeadline:
+      return HANDHOLD_STATUS_DEADLINE;
+    case Status::kCancelled:
+      return HANDHOLD_STATUS_CANCELLED;
   }
   return -1;
 }

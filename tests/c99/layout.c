@@ -72,12 +72,13 @@ static void check_layout(void) {
   EXPECT(offsetof(handhold_funnel, no_gap) == 64);
   EXPECT(offsetof(handhold_funnel, shell_empty) == 72);
   EXPECT(offsetof(handhold_funnel, affordances) == 80);
-  EXPECT(offsetof(handhold_funnel, not_aligned) == 88);
-  EXPECT(offsetof(handhold_funnel, unconfirmed) == 96);
-  EXPECT(offsetof(handhold_funnel, too_short) == 104);
-  EXPECT(offsetof(handhold_funnel, low_confidence) == 112);
-  EXPECT(offsetof(handhold_funnel, in_handles) == 120);
-  EXPECT(sizeof(handhold_funnel) == 128);
+  EXPECT(offsetof(handhold_funnel, cut) == 88);
+  EXPECT(offsetof(handhold_funnel, not_aligned) == 96);
+  EXPECT(offsetof(handhold_funnel, unconfirmed) == 104);
+  EXPECT(offsetof(handhold_funnel, too_short) == 112);
+  EXPECT(offsetof(handhold_funnel, low_confidence) == 120);
+  EXPECT(offsetof(handhold_funnel, in_handles) == 128);
+  EXPECT(sizeof(handhold_funnel) == 136);
 
   EXPECT(offsetof(handhold_times, index) == 0);
   EXPECT(offsetof(handhold_times, samples) == 8);

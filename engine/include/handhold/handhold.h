@@ -14,8 +14,9 @@
 // Errors. Functions that can fail return a handhold_code; a message of one line stands beside the object until the
 // next call that may change the object. There is no global and no per-thread state. No exception leaves a function.
 //
-// Threads. One object serves one call at a time; different objects may be used at once. Functions that take a pointer
-// to const only read, so several threads may call them on one object as long as nothing else is called on it.
+// Threads. One object serves one call at a time, handhold_cancel apart; different objects may be used at once.
+// Functions that take a pointer to const only read, so several threads may call them on one object as long as nothing
+// else is called on it.
 #ifndef HANDHOLD_HANDHOLD_H
 #define HANDHOLD_HANDHOLD_H
 
@@ -57,17 +58,20 @@ enum {
 /// The code in words; never NULL. "unknown code" for a number that is none.
 HANDHOLD_API const char* handhold_code_text(handhold_code code);
 
-/// How a frame went. Everything but HANDHOLD_STATUS_OK means that there are no handles and says why. Later versions may
-/// have more: take an unknown one as "not searched".
+/// How a frame went. Everything but HANDHOLD_STATUS_OK and HANDHOLD_STATUS_DEADLINE means that there are no handles and
+/// says why. Later versions may have more: take an unknown one as "not searched".
 typedef int32_t handhold_status;
 enum {
   HANDHOLD_STATUS_OK = 0,                ///< the cloud was searched; there may still be no handles
   HANDHOLD_STATUS_EMPTY = 1,             ///< the cloud has no points
   HANDHOLD_STATUS_NO_FINITE_POINTS = 2,  ///< every point has a coordinate that is NaN, infinite or beyond 1e6 m
   HANDHOLD_STATUS_TOO_FEW_POINTS = 3,    ///< fewer finite points than one fit needs, or none in the workspace
-  HANDHOLD_STATUS_SUSPICIOUS_UNITS = 4   ///< the cloud is over 100 m wide: probably millimetres
+  HANDHOLD_STATUS_SUSPICIOUS_UNITS = 4,  ///< the cloud is over 100 m wide: probably millimetres
+  HANDHOLD_STATUS_DEADLINE = 5,          ///< option deadline_ms ended the search; what had been found by then is there
+  HANDHOLD_STATUS_CANCELLED = 6          ///< handhold_cancel ended the search
 };
-/// "ok", "empty", "no_finite_points", "too_few_points", "suspicious_units"; "unknown" for a number that is none.
+/// "ok", "empty", "no_finite_points", "too_few_points", "suspicious_units", "deadline", "cancelled"; "unknown" for a
+/// number that is none.
 HANDHOLD_API const char* handhold_status_text(handhold_status status);
 
 // ---- The library ---------------------------------------------------------------------------------------------------
@@ -134,6 +138,9 @@ HANDHOLD_API void handhold_localizer_destroy(handhold_localizer* localizer);
 /// Searches a cloud, as in handhold_localize(localizer, &cloud, sizeof cloud). A cloud in which nothing can be found is
 /// no error: handhold_frame.status says why. After a failure there is no result (HANDHOLD_NO_FRAME).
 HANDHOLD_API handhold_code handhold_localize(handhold_localizer* localizer, const handhold_cloud* cloud, size_t size);
+/// Ends the frame in progress, from another thread: its handhold_localize returns soon, with HANDHOLD_OK, the status
+/// HANDHOLD_STATUS_CANCELLED and nothing found. Does nothing when none is in progress.
+HANDHOLD_API handhold_code handhold_cancel(handhold_localizer* localizer);
 /// Why the last handhold_localize failed, in one line; "" after a success. Never NULL; valid until the next one. The
 /// functions below leave it alone: handhold_code_text says all about their failures.
 HANDHOLD_API const char* handhold_localizer_message(const handhold_localizer* localizer);
@@ -183,7 +190,7 @@ typedef struct handhold_affordance {
   uint32_t reserved;     ///< 0
 } handhold_affordance;
 
-/// How many samples ended at each step; the counts from too_few_points to affordances add up to `samples`.
+/// How many samples ended at each step; the counts from too_few_points to cut add up to `samples`.
 typedef struct handhold_funnel {
   int64_t samples;         ///< neighbourhoods looked at
   int64_t too_few_points;  ///< fewer neighbours than min_neighbours
@@ -195,7 +202,8 @@ typedef struct handhold_funnel {
   int64_t poor_fit;        ///< points too far from the cylinder, or on too little of it (method "default")
   int64_t no_gap;          ///< no empty gap for the fingers, or none that was seen
   int64_t shell_empty;     ///< a gap, but too few points within the shell
-  int64_t affordances;     ///< samples that gave an affordance; the counts below add up to these
+  int64_t affordances;     ///< samples that gave an affordance; the counts from not_aligned on add up to these
+  int64_t cut;             ///< drawn, but not looked at to the end: deadline_ms came first
   int64_t not_aligned;     ///< in no group of handle_min_affordances aligned ones
   int64_t unconfirmed;     ///< in a group that the points do not bear out (method "default")
   int64_t too_short;       ///< in a group shorter than handle_min_length
