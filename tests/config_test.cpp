@@ -210,6 +210,29 @@ TEST(SetOption, TakesBlanksCommasAndSigns) {
   EXPECT_EQ(options.reach, 0.1);
   set_option(options, "reach", "default");
   EXPECT_FALSE(options.reach.has_value());
+  set_option(options, "radius", "default");
+  EXPECT_TRUE(options.radius.empty());
+}
+
+TEST(GetOption, EveryOptionSurvivesItsTextBitForBit) {
+  for (const Options& options : {Options(), all_changed(), Options::baxter()}) {
+    Options read = all_changed();
+    for (const std::string& name : option_names()) set_option(read, name, get_option(options, name));
+    EXPECT_EQ(differences(read, options), "");
+  }
+}
+
+TEST(GetOption, WritesWhatOneWouldWrite) {
+  Options options;
+  EXPECT_EQ(get_option(options, "hand_aperture"), "0.08");
+  EXPECT_EQ(get_option(options, "samples"), "5000");
+  EXPECT_EQ(get_option(options, "method"), "default");
+  EXPECT_EQ(get_option(options, "reach"), "default");
+  EXPECT_EQ(get_option(options, "radius"), "default");
+  options.radius = {0.01, 0.025};
+  EXPECT_EQ(get_option(options, "radius"), "0.01 0.025");
+  const std::string message = message_of<OptionError>([&] { get_option(options, "hand-aperture"); });
+  EXPECT_NE(message.find("'hand_aperture'"), std::string::npos) << message;
 }
 
 TEST(NearestName, FindsSlipsAndPartsAndNothingFarFetched) {

@@ -1,13 +1,13 @@
-// Options from and to text: TOML files and single values. In a target of its own (handhold::config), so that the core
-// needs no TOML library.
+// Options from and to TOML. In a target of its own (handhold::config), so that the core needs no TOML library; single
+// values are set by option_text.h.
 #pragma once
 
 #include <map>
 #include <stdexcept>
 #include <string>
 #include <string_view>
-#include <vector>
 
+#include "handhold/option_text.h"
 #include "handhold/options.h"
 
 namespace handhold {
@@ -38,21 +38,5 @@ Options read_options(const std::string& path);
 
 /// Every option with its unit and meaning as TOML that apply_toml reads back to the same options, bit for bit.
 std::string to_toml(const Options& options);
-
-/// Sets one option from text, as command lines and parameter servers have it: "0.08", "max", "0.015 0.025" (several
-/// numbers: blanks or commas between them), "default" for an option that may be unset.
-/// @throws OptionError for an unknown name, or a text that is no value of the option's type (the range is not checked)
-void set_option(Options& options, std::string_view name, std::string_view text);
-
-/// Names of all options, in the order of the struct.
-std::vector<std::string> option_names();
-
-/// The candidate with the least edit distance to `name`, for "did you mean"; empty when none is near enough to be
-/// meant.
-std::string nearest_name(std::string_view name, const std::vector<std::string>& candidates);
-
-/// The numbers of a text, blanks or commas between them; locale and rounding do not matter.
-/// @throws OptionError naming `name` when something in it is not a finite number, or nothing is in it
-std::vector<double> parse_numbers(std::string_view name, std::string_view text);
 
 }  // namespace handhold

@@ -1,12 +1,12 @@
-// Single options from text, and names for messages.
+// Single options from and to text, and names for messages.
+#include "handhold/option_text.h"
+
 #include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <cstdint>
 #include <limits>
 #include <type_traits>
-
-#include "handhold/config.h"
 
 namespace handhold {
 namespace {
@@ -47,7 +47,9 @@ struct FromText {
     field = values[0];
   }
 
-  void operator()(std::vector<double>& field) const { field = parse_numbers(name, text); }
+  void operator()(std::vector<double>& field) const {
+    field = trimmed(text) == "default" ? std::vector<double>() : parse_numbers(name, text);
+  }
 
   void operator()(std::array<double, 6>& field) const {
     const std::vector<double> values = parse_numbers(name, text);
@@ -72,6 +74,31 @@ struct FromText {
   }
 };
 
+/// The reverse: what FromText reads back to the same value, bit for bit.
+struct ToText {
+  template <class T>
+  std::enable_if_t<std::is_arithmetic_v<T>, std::string> operator()(T value) const {
+    char digits[32];
+    return {digits, std::to_chars(digits, digits + sizeof digits, value).ptr};
+  }
+  template <class T>
+  std::enable_if_t<std::is_enum_v<T>, std::string> operator()(T value) const {
+    return std::string(to_string(value));
+  }
+  template <class List>
+  std::string list(const List& values) const {
+    std::string text;
+    for (const double value : values) text += (text.empty() ? "" : " ") + (*this)(value);
+    return text;
+  }
+  std::string operator()(const std::vector<double>& values) const { return values.empty() ? "default" : list(values); }
+  std::string operator()(const std::array<double, 6>& values) const { return list(values); }
+  template <class T>
+  std::string operator()(const std::optional<T>& value) const {
+    return value ? (*this)(*value) : "default";
+  }
+};
+
 /// Edits (insert, delete, replace, swap of neighbours) that turn a into b.
 std::size_t edit_distance(std::string_view a, std::string_view b) {
   std::vector<std::size_t> before(b.size() + 1), last(b.size() + 1), row(b.size() + 1);
@@ -86,6 +113,12 @@ std::size_t edit_distance(std::string_view a, std::string_view b) {
     last.swap(row);
   }
   return last[b.size()];
+}
+
+[[noreturn]] void fail_unknown(std::string_view name) {
+  const std::string nearest = nearest_name(name, option_names());
+  throw OptionError("unknown option '" + std::string(name) + "'" +
+                    (nearest.empty() ? std::string() : "; did you mean '" + nearest + "'?"));
 }
 
 }  // namespace
@@ -116,10 +149,19 @@ void set_option(Options& options, std::string_view name, std::string_view text) 
     known = true;
     FromText{name, text}(field);
   });
-  if (known) return;
-  const std::string nearest = nearest_name(name, option_names());
-  throw OptionError("unknown option '" + std::string(name) + "'" +
-                    (nearest.empty() ? std::string() : "; did you mean '" + nearest + "'?"));
+  if (!known) fail_unknown(name);
+}
+
+std::string get_option(const Options& options, std::string_view name) {
+  bool known = false;
+  std::string text;
+  visit_options(options, [&](const auto& field, const OptionInfo& info) {
+    if (name != info.name) return;
+    known = true;
+    text = ToText{}(field);
+  });
+  if (!known) fail_unknown(name);
+  return text;
 }
 
 std::vector<std::string> option_names() {
