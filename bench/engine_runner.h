@@ -45,7 +45,7 @@ class EngineRunner {
                 std::vector<Step>& steps) {
     const auto start = Clock::now();
     result.affordances.clear();
-    result.handles.clear();
+    spares_.take(result.handles);
     result.funnel = {};
     steps.resize(samples.size());
     tiles_.build(cloud);
@@ -56,7 +56,7 @@ class EngineRunner {
     search_.run(samples.front().data(), static_cast<std::uint32_t>(samples.size()), 0, steps.data(),
                 result.affordances);
     const auto searched = Clock::now();
-    handles_.run(result.affordances, result.handles, result.funnel);
+    handles_.run(result.affordances, spares_, result.handles, result.funnel);
     const auto end = Clock::now();
 
     // Stages of the search ran side by side: each gets its share of the section's wall clock.
@@ -81,6 +81,7 @@ class EngineRunner {
   Layers layers_;
   Search search_;
   HandleSearch handles_;
+  Spares<Handle> spares_;
   tbb::task_arena arena_;
 };
 

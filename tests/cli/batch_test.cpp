@@ -1,7 +1,11 @@
 // handhold batch: many clouds, some of them bad, stopped and taken up again.
 #include <gtest/gtest.h>
 
+#include <sys/wait.h>
+
+#include <algorithm>
 #include <chrono>
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -139,6 +143,52 @@ TEST_F(Batch, WrongUseIsOneLine) {
   EXPECT_FALSE(there("out"));
   folder_.write("clouds/a.ply", ascii_ply(cylinder()));
   expect_line(run({"clouds", "-o", "out"}), 2, "rename one of them");
+}
+
+/// Several processes by mpirun; -1: there is none.
+int run_ranks(int ranks, const std::string& arguments, const fs::path& where) {
+#ifdef HANDHOLD_MPIRUN
+  // As root, and with more ranks than cores, too.
+  const std::string command = "cd '" + where.string() +
+                              "' && OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1 "
+                              "OMPI_MCA_rmaps_base_oversubscribe=1 " HANDHOLD_MPIRUN " -n " +
+                              std::to_string(ranks) + " " HANDHOLD_PROGRAM " batch " + arguments + " > log 2>&1";
+  const int status = std::system(command.c_str());
+  return WIFEXITED(status) ? WEXITSTATUS(status) : 255;
+#else
+  static_cast<void>(ranks), static_cast<void>(arguments), static_cast<void>(where);
+  return -1;
+#endif
+}
+
+TEST_F(Batch, AnyNumberOfRanksGivesTheSame) {
+  const Outcome one = run({"clouds", "-o", "one", "--recursive"});
+  ASSERT_EQ(one.exit_code, 0) << one.err;
+  for (const int ranks : {1, 2, 5}) {
+    const std::string out = "out" + std::to_string(ranks);
+    const int code = run_ranks(
+        ranks, "clouds -o " + out + " --recursive --samples 300 --threads 1 --json " + out + ".json", folder_.path());
+    if (code == -1) GTEST_SKIP() << "built without MPI, or there is no mpirun";
+    ASSERT_EQ(code, 0) << folder_.read("log");
+    for (const char* name : {"a", "b", "c", "deep/d"}) {
+      EXPECT_EQ(folder_.read(out + "/" + name + ".json"), folder_.read("one/" + std::string(name) + ".json"));
+    }
+    const auto summary = nlohmann::json::parse(folder_.read(out + ".json"));
+    EXPECT_EQ(summary["done"], 4);
+    EXPECT_EQ(summary["handles"], 4);
+  }
+  // What is wrong with the arguments one of them says.
+  EXPECT_EQ(run_ranks(2, "nothing -o out", folder_.path()), 1);
+  const std::string log = folder_.read("log");
+  const std::size_t first = log.find("neither a folder nor a list");
+  ASSERT_NE(first, std::string::npos) << log;
+  EXPECT_EQ(log.find("neither a folder nor a list", first + 1), std::string::npos) << log;
+  // A bad cloud, wherever it was read.
+  folder_.write("clouds/bad.pcd", "not a cloud");
+  EXPECT_EQ(run_ranks(2, "clouds -o out2 --recursive --samples 300 --json bad.json", folder_.path()), 1);
+  const auto bad = nlohmann::json::parse(folder_.read("bad.json"));
+  EXPECT_EQ(bad["failed"], 1);
+  EXPECT_EQ(bad["kept"], 4);
 }
 
 TEST_F(Batch, AFullDiskEndsIt) {

@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -16,6 +17,7 @@
 #include "manifest.h"
 #include "option_arguments.h"
 #include "progress.h"
+#include "ranks.h"
 #include "run.h"
 #include "statistics.h"
 #include "subcommand.h"
@@ -156,57 +158,104 @@ void write_json(const std::string& path, const Summary& s, const std::vector<Wor
   write_file(path, json.dump(1, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n");
 }
 
-int run(const Arguments& a) {
-  if (a.source.empty()) {
-    throw UsageError("no clouds given; for example 'handhold batch clouds/ -o results/', or a file with a list");
+/// What this process has done, for the one that writes the summary.
+std::string report_of(const std::vector<Outcome>& outcomes, const std::string& failure) {
+  nlohmann::json json = {
+      {"failure", failure}, {"interrupted", interrupted.load()}, {"outcomes", nlohmann::json::array()}};
+  for (std::size_t i = 0; i < outcomes.size(); ++i) {
+    const Outcome& o = outcomes[i];
+    if (o.kind == Outcome::kNotReached) continue;
+    json["outcomes"].push_back(
+        {i, static_cast<int>(o.kind), o.problem, o.points, o.handles, o.affordances, o.read_ms, o.localize_ms});
   }
-  if (a.out.empty()) throw UsageError("no folder for the results given; add -o DIR");
-  const Options options = effective_options(a.options);
-  if (const char* problem = kernels::isa_error()) throw UsageError(problem);
-  const std::vector<Work> work = batch::list_work(a.source, a.out, a.recursive);
-  for (const std::string& path : {a.csv, a.json}) {
-    if (!path.empty()) AtomicFile::check_writable(path);
-  }
-  const batch::Manifest manifest(a.out, options, a.force);
+  return json.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+}
 
+/// Adds what another process has done. Its failure, or nothing.
+std::string add_report(const std::string& text, std::vector<Outcome>& outcomes) {
+  const nlohmann::json json = nlohmann::json::parse(text);
+  for (const auto& o : json["outcomes"]) {
+    outcomes.at(o[0].get<std::size_t>()) = {
+        static_cast<Outcome::Kind>(o[1].get<int>()), o[2], o[3], o[4], o[5], o[6], o[7]};
+  }
+  if (json["interrupted"]) interrupted = true;
+  return json["failure"];
+}
+
+/// The batch, or this process's share of it. `outcomes`: of each cloud of the work.
+void work_through(const std::vector<Work>& work, const Options& options, const batch::Manifest& manifest,
+                  batch::Ranks* ranks, std::vector<Outcome>& outcomes) {
+  Progress progress;
+  std::size_t next = 0, ended = 0;
+  batch::run(
+      work, options, options.threads, interrupted, [&] { return ranks ? ranks->draw() : next++; },
+      [&](std::size_t i) { return manifest.finished(work[i]); },
+      [&](std::size_t i, const Outcome& outcome) {
+        outcomes[i] = outcome;
+        if (outcome.kind == Outcome::kFailed) {
+          progress.show("");
+          std::fprintf(stderr, "handhold: %s\n", outcome.problem.c_str());
+        }
+        // Of several ranks the first one shows how far all are: numbers are drawn in order.
+        ended = ranks ? i + 1 : ended + 1;
+        if (ranks && ranks->rank() != 0) return;
+        constexpr std::size_t kBar = 30;
+        const std::size_t filled = kBar * ended / work.size();
+        progress.show('[' + std::string(filled, '#') + std::string(kBar - filled, '.') + "] " + std::to_string(ended) +
+                      " of " + std::to_string(work.size()) + " clouds");
+      });
+}
+
+int run(const Arguments& a) {
+  const std::unique_ptr<batch::Ranks> ranks = batch::Ranks::join();
+  Options options;
+  std::vector<Work> work;
+  std::unique_ptr<batch::Manifest> manifest;
+  const auto prepare = [&] {
+    if (a.source.empty()) {
+      throw UsageError("no clouds given; for example 'handhold batch clouds/ -o results/', or a file with a list");
+    }
+    if (a.out.empty()) throw UsageError("no folder for the results given; add -o DIR");
+    options = effective_options(a.options);
+    if (const char* problem = kernels::isa_error()) throw UsageError(problem);
+    work = batch::list_work(a.source, a.out, a.recursive);
+    const bool first = !ranks || ranks->rank() == 0;
+    for (const std::string& path : {a.csv, a.json}) {
+      if (first && !path.empty()) AtomicFile::check_writable(path);
+    }
+    manifest = std::make_unique<batch::Manifest>(a.out, options, a.force && first);
+  };
+  // One process says what is wrong.
+  if (!ranks) {
+    prepare();
+  } else if (!ranks->first_then_others(prepare)) {
+    return 0;  // its code is the job's
+  }
+
+  const Signals signals;
   std::vector<Outcome> outcomes(work.size());
   const auto start = std::chrono::steady_clock::now();
-  const auto seconds = [&] { return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count(); };
-  const auto finish = [&] {
-    const Summary summary = summarize(outcomes, seconds());
-    write_and_flush(stdout, table_of(summary), "standard output");
-    if (!a.csv.empty()) write_csv(a.csv, work, outcomes);
-    if (!a.json.empty()) write_json(a.json, summary, work, outcomes);
-    return summary;
-  };
-  {
-    Signals signals;
-    Progress progress;
-    std::size_t ended = 0;
-    try {
-      batch::run(
-          work, options, options.threads, interrupted, [&](std::size_t i) { return manifest.finished(work[i]); },
-          [&](std::size_t i, const Outcome& outcome) {
-            outcomes[i] = outcome;
-            if (outcome.kind == Outcome::kFailed) {
-              progress.show("");
-              std::fprintf(stderr, "handhold: %s\n", outcome.problem.c_str());
-            }
-            ++ended;
-            constexpr std::size_t kBar = 30;
-            const std::size_t filled = kBar * ended / work.size();
-            progress.show('[' + std::string(filled, '#') + std::string(kBar - filled, '.') + "] " +
-                          std::to_string(ended) + " of " + std::to_string(work.size()) + " clouds");
-          });
-    } catch (const std::exception&) {
-      progress.show("");
-      finish();
-      throw;
+  std::string failure;
+  try {
+    work_through(work, options, *manifest, ranks.get(), outcomes);
+  } catch (const std::exception& error) {
+    failure = error.what();
+  }
+  if (ranks) {
+    const std::vector<std::string> reports = ranks->gather(report_of(outcomes, failure));
+    if (ranks->rank() != 0) return 0;
+    for (const std::string& report : reports) {
+      const std::string theirs = add_report(report, outcomes);
+      if (failure.empty()) failure = theirs;
     }
   }
-  const Summary summary = finish();
-  const std::size_t reached = summary.done + summary.kept + summary.failed;
-  if (interrupted && reached < work.size()) {
+  const Summary summary =
+      summarize(outcomes, std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
+  write_and_flush(stdout, table_of(summary), "standard output");
+  if (!a.csv.empty()) write_csv(a.csv, work, outcomes);
+  if (!a.json.empty()) write_json(a.json, summary, work, outcomes);
+  if (!failure.empty()) throw std::runtime_error(failure);
+  if (interrupted && summary.done + summary.kept + summary.failed < work.size()) {
     std::fprintf(stderr, "handhold: interrupted: %zu of %zu clouds are done; the same command goes on from here\n",
                  summary.done + summary.kept, work.size());
     return 130;

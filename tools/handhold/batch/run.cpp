@@ -41,7 +41,8 @@ constexpr int kWaiting = 2;
 }  // namespace
 
 void run(const std::vector<Work>& work, const Options& options, int threads, const std::atomic<bool>& stop,
-         const std::function<bool(std::size_t)>& skip, const std::function<void(std::size_t, const Outcome&)>& ended) {
+         const std::function<std::size_t()>& draw, const std::function<bool(std::size_t)>& skip,
+         const std::function<void(std::size_t, const Outcome&)>& ended) {
   // A cloud's threads are the others' time: with one each nothing waits.
   Options own = options;
   own.threads = 1;
@@ -49,15 +50,15 @@ void run(const std::vector<Work>& work, const Options& options, int threads, con
   std::atomic<bool> cannot_write{false};
   std::mutex mutex;
   std::string why_not_written;
-  std::size_t next = 0;
 
   const auto give = [&](tbb::flow_control& flow) -> TokenPointer {
-    if (next == work.size() || stop || cannot_write) {
+    const std::size_t index = stop || cannot_write ? work.size() : draw();
+    if (index >= work.size()) {
       flow.stop();
       return nullptr;
     }
     auto token = std::make_shared<Token>();
-    token->index = next++;
+    token->index = index;
     if (skip(token->index)) token->outcome.kind = Outcome::kKept;
     return token;
   };

@@ -27,11 +27,13 @@ struct Outcome {
 };
 
 /// Reads, searches and writes several clouds at a time, each on one thread: `threads` in all, 0: all of them. At most a
-/// few more clouds than threads are in memory. `skip(i)`: the result is there. `ended(i, outcome)` is called in the
-/// order of the work, one at a time, of all that were reached. Ends early when `*stop` becomes true; what was begun is
-/// finished.
+/// few more clouds than threads are in memory. `draw()` gives the number of the next cloud, or one beyond the last; it
+/// is called by one thread at a time. `skip(i)`: the result is there. `ended(i, outcome)` is called in the order in
+/// which the numbers were drawn, one at a time, of all that were reached. Ends early when `*stop` becomes true; what
+/// was begun is finished.
 /// @throws std::runtime_error when a result cannot be written; what was begun by then is finished
 void run(const std::vector<Work>& work, const Options& options, int threads, const std::atomic<bool>& stop,
-         const std::function<bool(std::size_t)>& skip, const std::function<void(std::size_t, const Outcome&)>& ended);
+         const std::function<std::size_t()>& draw, const std::function<bool(std::size_t)>& skip,
+         const std::function<void(std::size_t, const Outcome&)>& ended);
 
 }  // namespace handhold::batch
