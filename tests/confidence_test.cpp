@@ -27,7 +27,7 @@ TEST(Confidence, KnowsAShaftFromABoxEdge) {
   edge.members = 5, edge.corner_gain = -0.3, edge.outer = 0.3, edge.radius_spread = 0.3, edge.axis_spread = 0.2;
   // A face goes on on one side, so that the outline cannot be followed.
   edge.steps_less = 0, edge.fall_less = {}, edge.nearer_end = 2, edge.followed = 0;
-  EXPECT_LT(confidence(edge), 0.1);
+  EXPECT_LT(confidence(edge), 0.2);  // far below what is reported, 0.8
 }
 
 TEST(Confidence, WorseFitsAreLessLikely) {

@@ -155,11 +155,11 @@ TEST(HandleSearch, ReportsAPartWithScatteredAxesOnce) {
 
 TEST(HandleSearch, NeedsLengthAndNumber) {
   Options options = test::paper_options();
-  auto outcome = search(part(10, kOrigin, kOrigin + 0.9 * options.handle_min_length * kAxis, 0.015));
+  auto outcome = search(part(10, kOrigin, kOrigin + 0.9 * options.handle_min_length * kAxis, 0.015), options);
   EXPECT_TRUE(outcome.handles.empty());
   EXPECT_EQ(outcome.funnel.too_short, 10);
 
-  outcome = search(part(10, kOrigin, kOrigin + 1.1 * options.handle_min_length * kAxis, 0.015));
+  outcome = search(part(10, kOrigin, kOrigin + 1.1 * options.handle_min_length * kAxis, 0.015), options);
   EXPECT_EQ(outcome.handles.size(), 1u);
 
   // Two affordances are fewer than three; a third one makes a group.
@@ -246,7 +246,6 @@ TEST(HandleSearch, GivesTheSameTwice) {
     std::vector<Handle> handles;
     reused.run(part(70, kOrigin, kOrigin + 0.2 * kAxis, 0.01), spares, handles, funnel);  // another frame in between
     funnel = {};
-    spares.take(handles);
     reused.run(affordances, spares, handles, funnel);
     ASSERT_EQ(handles.size(), fresh.handles.size());
     for (std::size_t h = 0; h < handles.size(); ++h) {

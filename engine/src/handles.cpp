@@ -149,6 +149,7 @@ bool HandleSearch::grow(const std::vector<Affordance>& affordances, std::size_t 
 
 void HandleSearch::run(const std::vector<Affordance>& affordances, Spares<Handle>& spares, std::vector<Handle>& handles,
                        Funnel& funnel) {
+  spares.take(handles);
   order_.clear();
   const std::size_t n = affordances.size();
   std::vector<std::uint8_t>& fate = fate_;

@@ -20,7 +20,7 @@ class HandleSearch {
   explicit HandleSearch(const Options& options) : options_(&options) {}
 
   /// Fills `handles`, best confidence first, and the part of the funnel that concerns affordances.
-  /// `handles` is empty before; `spares`: what they are made from.
+  /// `spares`: what they are made from; what `handles` held before goes there.
   void run(const std::vector<Affordance>& affordances, Spares<Handle>& spares, std::vector<Handle>& handles,
            Funnel& funnel);
 

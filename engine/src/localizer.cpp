@@ -121,13 +121,13 @@ struct Localizer::Impl {
     return true;
   }
 
-  void localize(const CloudView& cloud, Result& result) {
+  void localize(const CloudView& cloud, Result& result, const std::vector<Vector3>& guesses) {
     const auto start = Clock::now();
     const Budget budget(start, options.deadline_ms, &cancelled);
     cancelled.store(false, std::memory_order_relaxed);
     bool done = true;
     try {
-      done = search_within(budget, cloud, result);
+      done = search_within(budget, cloud, guesses, result);
     } catch (const Budget::Spent&) {
       // Before the first sample.
       done = false;
@@ -145,7 +145,8 @@ struct Localizer::Impl {
   }
 
   /// False: the budget was spent before everything was done.
-  bool search_within(const Budget& budget, const CloudView& cloud, Result& result) {
+  bool search_within(const Budget& budget, const CloudView& cloud, const std::vector<Vector3>& guesses,
+                     Result& result) {
     const auto start = Clock::now();
     bool done = true;
     result.status = Status::kOk;
@@ -203,7 +204,12 @@ struct Localizer::Impl {
         float* xyz = samples.data() + 3 * static_cast<std::size_t>(first);
         try {
           if (round == 0) {
-            sampler.uniform(round, n, xyz, searching);
+            const int about = guesses.empty() ? 0 : n / 2;
+            if (about > 0) {
+              sampler.set_centres(guesses);
+              sampler.propose(round, about, xyz, searching);
+            }
+            sampler.uniform(round, n - about, xyz + 3 * static_cast<std::size_t>(about), searching);
           } else {
             centres.clear();
             for (const Affordance& a : result.affordances) centres.push_back(a.center);
@@ -286,8 +292,17 @@ Result Localizer::localize(const CloudView& cloud) {
 }
 
 void Localizer::localize(const CloudView& cloud, Result& result) {
+  localize(cloud, result, {});
+}
+
+void Localizer::localize(const CloudView& cloud, Result& result, const std::vector<Vector3>& guesses) {
   check(cloud);
-  impl_->in_arena([&] { impl_->localize(cloud, result); });
+  for (const Vector3& p : guesses) {
+    for (const double x : p) {
+      if (!std::isfinite(x)) throw std::invalid_argument("guesses: a place is not finite");
+    }
+  }
+  impl_->in_arena([&] { impl_->localize(cloud, result, guesses); });
 }
 
 void Localizer::cancel() noexcept {

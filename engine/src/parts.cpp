@@ -134,6 +134,7 @@ bool PartSearch::run(const std::vector<Affordance>& affordances, const TileStore
                      const DepthImage& image, Spares<Handle>& spares, std::vector<Handle>& handles, Funnel& funnel,
                      const Budget& budget) {
   std::atomic<bool> done{true};
+  spares.take(handles);
   make_groups(affordances, budget);
   if (conditions_.bows) bow_search_.run(affordances, image, groups_, bows_, budget);
   found_.resize(std::max(found_.size(), groups_.size()));

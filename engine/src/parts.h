@@ -27,7 +27,8 @@ class PartSearch {
       : options_(&options), conditions_(conditions) {}
 
   /// Finds the handles of the affordances and counts where each affordance ended. False: the budget was spent, and
-  /// groups of lesser affordances were left out. `handles` is empty before; `spares`: what they are made from.
+  /// groups of lesser affordances were left out. `spares`: what handles are made from; what `handles` held before goes
+  /// there.
   bool run(const std::vector<Affordance>& affordances, const TileStore& tiles, const NeighbourIndex& index,
            const DepthImage& image, Spares<Handle>& spares, std::vector<Handle>& handles, Funnel& funnel,
            const Budget& budget = {});

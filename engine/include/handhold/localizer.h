@@ -28,6 +28,10 @@ class Localizer {
   Result localize(const CloudView& cloud);
   /// The same into a result that is reused.
   void localize(const CloudView& cloud, Result& result);
+  /// The same where handles are expected at `guesses` (m, in the cloud's frame; Tracker::guesses): half of the first
+  /// round's samples are drawn about them. The other half is drawn as ever, so that new handles are found. Without
+  /// guesses it is what the others do.
+  void localize(const CloudView& cloud, Result& result, const std::vector<Vector3>& guesses);
 
   /// Ends the frame in progress, from another thread: it returns soon, with Status::kCancelled and nothing found. Does
   /// nothing when none is in progress.
