@@ -65,7 +65,7 @@ std::vector<BadValue> bad_values() {
       {[](O& o) { o.hand_minimum = kNan; }, "hand_minimum", "nan", "at least 0 and below hand_aperture (0.08 m)"},
       {[](O& o) { o.handle_min_affordances = 0; }, "handle_min_affordances", "0", "between 1 and 1000000"},
       {[](O& o) { o.handle_min_affordances = 1'000'001; }, "handle_min_affordances", "1000001", "between 1 and"},
-      {[](O& o) { o.deadline_ms = 0; }, "deadline_ms", "0", "greater than 0 and at most 100000 ms"},
+      {[](O& o) { o.deadline_ms = 0; }, "deadline_ms", "0", "greater than 0 and at most 60000 ms"},
       {[](O& o) { o.deadline_ms = -1; }, "deadline_ms", "-1", "greater than 0"},
       {[](O& o) { o.deadline_ms = kNan; }, "deadline_ms", "nan", "ms"},
       {[](O& o) { o.threads = -1; }, "threads", "-1", "between 0 and 4096"},

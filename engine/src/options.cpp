@@ -151,7 +151,7 @@ void Options::validate() const {
   in_range("handle_min_affordances", handle_min_affordances, 1, 1'000'000);
   in_range("handle_min_length", handle_min_length, 0, 10, "m");
   if (min_confidence) in_range("min_confidence", *min_confidence, 0, 1, "");
-  if (deadline_ms) positive("deadline_ms", *deadline_ms, 1e5, "ms");
+  if (deadline_ms) positive("deadline_ms", *deadline_ms, 6e4, "ms");
   in_range("threads", threads, 0, 4096);
 }
 

@@ -60,6 +60,19 @@ Tracker::Tracker(const TrackerOptions& options) : options_(options) {
   options.validate();
 }
 
+/// How far a handle is from where a track is expected, all counted in metres; negative: it is another one.
+double Tracker::difference(const Handle& g, const Handle& h) const {
+  const Vector3 d = h.center - g.center;
+  const double angle = std::acos(std::min(1.0, std::fabs(dot(g.axis, h.axis))));
+  const double along = dot(d, g.axis), across = norm(d - along * g.axis);
+  const double radii = std::fabs(g.radius - h.radius);
+  // Along the part as far as both of them reach.
+  const double reach = std::max(options_.max_offset, 0.5 * std::max(g.length, h.length));
+  if (!(across <= options_.max_offset && std::fabs(along) <= reach && angle <= options_.max_angle)) return -1;
+  if (!(radii <= options_.max_radius * std::max(g.radius, h.radius))) return -1;
+  return across + kAlongShare * std::fabs(along) + kAngleCost * angle + kRadiusCost * radii;
+}
+
 const std::vector<Track>& Tracker::update(const std::vector<Handle>& handles, const Motion& T_now_last) {
   for (Track& track : tracks_) {
     move(T_now_last, track.handle);
@@ -71,18 +84,9 @@ const std::vector<Track>& Tracker::update(const std::vector<Handle>& handles, co
   }
   pairs_.clear();
   for (std::size_t t = 0; t < tracks_.size(); ++t) {
-    const Handle& g = tracks_[t].handle;
     for (std::size_t i = 0; i < handles.size(); ++i) {
-      const Handle& h = handles[i];
-      const Vector3 d = h.center - g.center;
-      const double angle = std::acos(std::min(1.0, std::fabs(dot(g.axis, h.axis))));
-      const double along = dot(d, g.axis), across = norm(d - along * g.axis);
-      const double radii = std::fabs(g.radius - h.radius);
-      // Along the part as far as both of them reach.
-      const double reach = std::max(options_.max_offset, 0.5 * std::max(g.length, h.length));
-      if (!(across <= options_.max_offset && std::fabs(along) <= reach && angle <= options_.max_angle)) continue;
-      if (!(radii <= options_.max_radius * std::max(g.radius, h.radius))) continue;
-      pairs_.push_back({across + kAlongShare * std::fabs(along) + kAngleCost * angle + kRadiusCost * radii, t, i});
+      const double cost = difference(tracks_[t].handle, handles[i]);
+      if (cost >= 0) pairs_.push_back({cost, t, i});
     }
   }
   std::sort(pairs_.begin(), pairs_.end(), [](const Pair& a, const Pair& b) {
@@ -110,9 +114,22 @@ const std::vector<Track>& Tracker::update(const std::vector<Handle>& handles, co
     h.radius = mix(before.radius, h.radius, w), h.length = mix(before.length, h.length, w);
     h.confidence = mix(before.confidence, h.confidence, w);
   }
-  tracks_.erase(
-      std::remove_if(tracks_.begin(), tracks_.end(), [&](const Track& t) { return t.unseen > options_.keep; }),
-      tracks_.end());
+  // One that is not seen where another one is seen was a piece of it.
+  const auto over = [&](const Track& track) {
+    if (track.unseen == 0) return false;
+    return track.unseen > options_.keep || std::any_of(tracks_.begin(), tracks_.end(), [&](const Track& other) {
+             return other.unseen == 0 && difference(track.handle, other.handle) >= 0;
+           });
+  };
+  ended_.clear();
+  for (const Track& track : tracks_) ended_.push_back(over(track));
+  std::size_t kept = 0;
+  for (std::size_t t = 0; t < tracks_.size(); ++t) {
+    if (ended_[t]) continue;
+    if (kept != t) std::swap(tracks_[kept], tracks_[t]);
+    ++kept;
+  }
+  tracks_.resize(kept);
   for (std::size_t i = 0; i < handles.size(); ++i) {
     if (taken_[i]) continue;
     Track track;

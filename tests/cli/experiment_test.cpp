@@ -67,7 +67,7 @@ class Experiment : public ::testing::Test {
 
 TEST_F(Experiment, Help) {
   const std::string help = output({"--help"});
-  for (const char* name : {"fig8", "fig9", "axis", "density"}) {
+  for (const char* name : {"fig8", "fig9", "axis", "density", "tracking"}) {
     EXPECT_NE(help.find(name), std::string::npos) << name;
     const std::string own = output({name, "--help"});
     EXPECT_NE(own.find("Usage: handhold experiment " + std::string(name)), std::string::npos) << own;
@@ -222,11 +222,34 @@ TEST_F(Experiment, DensityHasTwoCurves) {
   }
 }
 
+TEST_F(Experiment, TrackingComparesThreeWays) {
+  const Words words = {"tracking", "--random",  "1",   "--families", "tuning", "--seed",  "3",  "--frames",
+                       "8",        "--samples", "800", "--few",      "400",    "--sweep", "0.2"};
+  Words first = words, again = words;
+  first.insert(first.end(), {"-o", "out", "--threads", "1"});
+  again.insert(again.end(), {"-o", "again", "--threads", "2"});
+  EXPECT_EQ(output(again), output(first));
+  EXPECT_EQ(folder_.read("out/tracking.csv"), folder_.read("again/tracking.csv"));
+  expect_png("out/tracking.png");
+  const Json result = json("out/tracking.json");
+  ASSERT_EQ(result["ways"].size(), 3u);
+  EXPECT_EQ(result["ways"][0]["samples"], 800);
+  EXPECT_EQ(result["ways"][1]["samples"], 400);
+  EXPECT_EQ(result["ways"][2]["tracked"], true);
+  for (const Json& way : result["ways"]) {
+    EXPECT_EQ(way["needed"], result["ways"][0]["needed"]);
+    EXPECT_LE(way["found"], way["needed"]);
+  }
+  EXPECT_GT(result["ways"][0]["needed"], 0);
+  expect_refusal({"tracking", "--frames", "5"}, 2, {"--frames = '5'", "6 to"});
+  expect_refusal({"tracking", "--sweep", "x"}, 2, {"--sweep = 'x'"});
+}
+
 TEST_F(Experiment, WrongUse) {
   expect_refusal({}, 2, {"no experiment given", "fig9"});
   expect_refusal({"fig99"}, 2, {"unknown subcommand 'fig99'", "fig9"});
   expect_refusal({"fig9", "more"}, 2, {"'more'", "handhold experiment fig9 --help"});
-  for (const char* name : {"fig8", "fig9", "axis", "density"}) {
+  for (const char* name : {"fig8", "fig9", "axis", "density", "tracking"}) {
     expect_refusal({name, "--run", "2"}, 2, {"unknown option '--run'", "did you mean '--runs'"});
     expect_refusal({name, "--runs", "0"}, 2, {"--runs = '0'", "1 to"});
     expect_refusal({name, "--seed", "-1"}, 2, {"--seed", "whole number"});

@@ -63,11 +63,13 @@ class Tracker {
     std::size_t track, handle;
   };
 
+  double difference(const Handle& track, const Handle& handle) const;
+
   TrackerOptions options_;
   std::vector<Track> tracks_;
   std::uint64_t next_id_ = 1;
   std::vector<Pair> pairs_;
-  std::vector<char> taken_;
+  std::vector<char> taken_, ended_;
 };
 
 }  // namespace handhold

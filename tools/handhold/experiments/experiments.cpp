@@ -15,8 +15,9 @@ std::vector<Subcommand> add_experiments(CLI::App& parent) {
         "no experiment given; for example 'handhold experiment fig9', or see 'handhold experiment --help'");
   };
   std::vector<Subcommand> subcommands = {{app, nothing_chosen}};
-  for (const Subcommand& experiment : {experiments::add_fig8(*app), experiments::add_fig9(*app),
-                                       experiments::add_axis(*app), experiments::add_density(*app)}) {
+  for (const Subcommand& experiment :
+       {experiments::add_fig8(*app), experiments::add_fig9(*app), experiments::add_axis(*app),
+        experiments::add_density(*app), experiments::add_tracking(*app)}) {
     subcommands.push_back({experiment.app, [experiment] {
                              if (const char* problem = kernels::isa_error()) throw UsageError(problem);
                              return experiment.run();

@@ -13,5 +13,7 @@ Subcommand add_fig9(CLI::App& parent);
 Subcommand add_axis(CLI::App& parent);
 /// What fewer points per area cost.
 Subcommand add_density(CLI::App& parent);
+/// What a tracker finds with few samples.
+Subcommand add_tracking(CLI::App& parent);
 
 }  // namespace handhold::experiments
