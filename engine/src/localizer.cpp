@@ -305,6 +305,10 @@ void Localizer::localize(const CloudView& cloud, Result& result, const std::vect
   impl_->in_arena([&] { impl_->localize(cloud, result, guesses); });
 }
 
+void Localizer::set_seed(std::uint64_t seed) {
+  impl_->options.seed = seed;
+}
+
 void Localizer::cancel() noexcept {
   impl_->cancelled.store(true, std::memory_order_relaxed);
 }

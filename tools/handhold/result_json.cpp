@@ -60,22 +60,6 @@ Json times_json(const StageTimes& times) {
   return json;
 }
 
-Json handle_json(const Handle& handle) {
-  Json json = {{"center", handle.center},
-               {"axis", handle.axis},
-               {"approach", handle.approach},
-               {"radius", handle.radius},
-               {"length", handle.length},
-               {"confidence", handle.confidence},
-               {"arc", handle.arc},
-               {"residual", handle.residual},
-               {"observed_free", handle.observed_free},
-               {"normal_error", handle.normal_error},
-               {"affordances", handle.affordances}};
-  if (!handle.path.empty()) json["path"] = handle.path;
-  return json;
-}
-
 Json affordance_json(const Affordance& affordance) {
   return {{"center", affordance.center}, {"axis", affordance.axis}, {"normal", affordance.normal},
           {"radius", affordance.radius}, {"gap", affordance.gap},   {"observed_free", affordance.observed_free}};
@@ -103,6 +87,22 @@ std::string to_lines(const Json& json) {
 }
 
 }  // namespace
+
+Json handle_json(const Handle& handle) {
+  Json json = {{"center", handle.center},
+               {"axis", handle.axis},
+               {"approach", handle.approach},
+               {"radius", handle.radius},
+               {"length", handle.length},
+               {"confidence", handle.confidence},
+               {"arc", handle.arc},
+               {"residual", handle.residual},
+               {"observed_free", handle.observed_free},
+               {"normal_error", handle.normal_error},
+               {"affordances", handle.affordances}};
+  if (!handle.path.empty()) json["path"] = handle.path;
+  return json;
+}
 
 std::string to_json(const CloudView& cloud, const Options& options, const Result& result, const RunTimes* times) {
   Json json;

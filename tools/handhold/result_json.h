@@ -1,6 +1,7 @@
 // The machine-readable form of a result.
 #pragma once
 
+#include <nlohmann/json.hpp>
 #include <string>
 
 #include "handhold/cloud.h"
@@ -9,6 +10,9 @@
 #include "run_times.h"
 
 namespace handhold {
+
+/// A handle by the names of the result.
+nlohmann::ordered_json handle_json(const Handle& handle);
 
 /// JSON of schema "handhold/1", ending in a newline. Numbers are the shortest that read back to the same bits; what is
 /// unset is null. Without times the text has nothing in it that a second run, or another number of threads, would

@@ -17,6 +17,8 @@ struct Subcommand {
 Subcommand add_localize(CLI::App& parent);
 /// `handhold batch`: the same for many clouds.
 Subcommand add_batch(CLI::App& parent);
+/// `handhold stream`: frame after frame.
+Subcommand add_stream(CLI::App& parent);
 /// `handhold simulate`: from scenes to clouds and truth.
 Subcommand add_simulate(CLI::App& parent);
 /// `handhold evaluate`: results against the truth.

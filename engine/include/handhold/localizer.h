@@ -1,6 +1,7 @@
 // Algorithm 1 of the paper: from a cloud to handles.
 #pragma once
 
+#include <cstdint>
 #include <memory>
 #include <vector>
 
@@ -32,6 +33,9 @@ class Localizer {
   /// round's samples are drawn about them. The other half is drawn as ever, so that new handles are found. Without
   /// guesses it is what the others do.
   void localize(const CloudView& cloud, Result& result, const std::vector<Vector3>& guesses);
+
+  /// Seed of the frames from the next one on, instead of Options::seed: in a stream each frame may draw other samples.
+  void set_seed(std::uint64_t seed);
 
   /// Ends the frame in progress, from another thread: it returns soon, with Status::kCancelled and nothing found. Does
   /// nothing when none is in progress.

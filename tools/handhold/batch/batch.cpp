@@ -1,8 +1,6 @@
 // handhold batch: the handles of many clouds.
 #include <algorithm>
-#include <atomic>
 #include <chrono>
-#include <csignal>
 #include <cstdio>
 #include <filesystem>
 #include <memory>
@@ -13,6 +11,7 @@
 
 #include "atomic_file.h"
 #include "command_line.h"
+#include "interrupt.h"
 #include "kernels.h"
 #include "manifest.h"
 #include "option_arguments.h"
@@ -53,31 +52,6 @@ void add_flags(CLI::App& app, Arguments& a) {
   add_text_flag(app, "--json", a.json, "F", "Write the summary as JSON", output);
   add_option_flags(app, a.options.texts);
 }
-
-std::atomic<bool> interrupted{false};
-static_assert(std::atomic<bool>::is_always_lock_free, "the signal's handler sets it");
-
-/// Lets SIGINT and SIGTERM end the batch; a second one kills the program, as ever.
-class Signals {
- public:
-  Signals() {
-    interrupted = false;
-    struct sigaction action {};
-    action.sa_handler = [](int) { interrupted = true; };
-    action.sa_flags = static_cast<int>(SA_RESETHAND);
-    ::sigaction(SIGINT, &action, &before_[0]);
-    ::sigaction(SIGTERM, &action, &before_[1]);
-  }
-  ~Signals() {
-    ::sigaction(SIGINT, &before_[0], nullptr);
-    ::sigaction(SIGTERM, &before_[1], nullptr);
-  }
-  Signals(const Signals&) = delete;
-  Signals& operator=(const Signals&) = delete;
-
- private:
-  struct sigaction before_[2]{};
-};
 
 const char* name_of(Outcome::Kind kind) {
   switch (kind) {
@@ -232,7 +206,7 @@ int run(const Arguments& a) {
     return 0;  // its code is the job's
   }
 
-  const Signals signals;
+  const Interrupt interrupt;
   std::vector<Outcome> outcomes(work.size());
   const auto start = std::chrono::steady_clock::now();
   std::string failure;
