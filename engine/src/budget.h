@@ -29,7 +29,8 @@ class Budget {
   /// Once true it stays so until the frame ends.
   bool spent() const { return cancelled() || (end_ && Clock::now() >= *end_); }
 
-  /// Ends steps that leave nothing behind when they are not done.
+  /// Ends steps that leave nothing behind when they are not done. Never thrown through TBB: tasks return instead, and
+  /// the step asks after them.
   struct Spent {};
   /// @throws Spent
   void check() const {

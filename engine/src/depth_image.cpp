@@ -108,12 +108,13 @@ void DepthImage::read_organized(const CloudView& cloud, const Budget& budget) {
     const float vx = static_cast<float>(viewpoint_[0]), vy = static_cast<float>(viewpoint_[1]),
                 vz = static_cast<float>(viewpoint_[2]);
     for (std::size_t i = range.begin(); i < range.end(); ++i) {
-      if (i % kPointsAtOnce == 0) budget.check();
+      if (i % kPointsAtOnce == 0 && budget.spent()) return;
       const float* p = cloud.point(i);
       const float z = h6 * (p[0] - vx) + h7 * (p[1] - vy) + h8 * (p[2] - vz);
       depth_[i] = z > 0 && z < 1e6f ? z : 0.0f;  // false for NaN
     }
   });
+  budget.check();
 }
 
 /// A z-buffer whose pixels are as large as it takes for most of them to get a point.
@@ -192,7 +193,7 @@ void DepthImage::fill_shadows(const Budget& budget) {
   const auto width = static_cast<std::size_t>(width_);
   tbb::parallel_for(tbb::blocked_range<int>(0, height_, 16), [&](const auto& range) {
     for (int row = range.begin(); row < range.end(); ++row) {
-      if (row % kRowsAtOnce == 0) budget.check();
+      if (row % kRowsAtOnce == 0 && budget.spent()) return;
       const float* from = depth_.data() + static_cast<std::size_t>(row) * width;
       float* to = filled_.data() + static_cast<std::size_t>(row) * width;
       for (int x = 0; x < width_;) {
@@ -210,11 +211,12 @@ void DepthImage::fill_shadows(const Budget& budget) {
       }
     }
   });
+  budget.check();
   // A few rows at a time, so that the cache holds what a column needs.
   depth_ = filled_;
   tbb::parallel_for(tbb::blocked_range<int>(0, width_, 64), [&](const auto& range) {
     for (int y = 1; y + 1 < height_; ++y) {
-      if (y % kRowsAtOnce == 0) budget.check();
+      if (y % kRowsAtOnce == 0 && budget.spent()) return;
       for (int x = range.begin(); x < range.end(); ++x) {
         const std::size_t at = static_cast<std::size_t>(y) * width + static_cast<std::size_t>(x);
         if (filled_[at] > 0 || !(filled_[at - width] > 0)) continue;  // the first of a run
@@ -228,6 +230,7 @@ void DepthImage::fill_shadows(const Budget& budget) {
       }
     }
   });
+  budget.check();
 }
 
 /// Large regions without measurements at the border are where the sensor looked past everything.

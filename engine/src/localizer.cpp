@@ -125,14 +125,7 @@ struct Localizer::Impl {
     const auto start = Clock::now();
     const Budget budget(start, options.deadline_ms, &cancelled);
     cancelled.store(false, std::memory_order_relaxed);
-    bool done = true;
-    try {
-      done = search_within(budget, cloud, guesses, result);
-    } catch (const Budget::Spent&) {
-      // Before the first sample.
-      done = false;
-    }
-    if (done) return;
+    if (search_within(budget, cloud, guesses, result)) return;
     result.status = Status::kDeadline;
     if (budget.cancelled()) {
       result.status = Status::kCancelled;
@@ -161,26 +154,35 @@ struct Localizer::Impl {
     const bool default_method = options.method == Method::kDefault;
     bool taken = false;
     double indexing = 0, seeing = 0;
-    const auto index_points = [&] {
+    // No exception of ours goes through TBB: two at a time from both of these would break it.
+    std::atomic<bool> prepared_in_time{true};
+    const auto in_time = [&](const auto& work, double& ms) {
       const auto before = Clock::now();
-      taken = take(cloud, result, budget);
-      if (taken) {
-        layers.take(tiles, *index);
-        if (default_method) layers.thin(cloud, budget);
+      try {
+        work();
+      } catch (const Budget::Spent&) {
+        prepared_in_time = false;
       }
-      indexing = milliseconds(before, Clock::now());
+      ms = milliseconds(before, Clock::now());
     };
-    const auto see = [&] {
-      const auto before = Clock::now();
-      image.build(cloud, conditions, budget);
-      seeing = milliseconds(before, Clock::now());
+    const auto index_points = [&] {
+      in_time(
+          [&] {
+            taken = take(cloud, result, budget);
+            if (!taken) return;
+            layers.take(tiles, *index);
+            if (default_method) layers.thin(cloud, budget);
+          },
+          indexing);
     };
+    const auto see = [&] { in_time([&] { image.build(cloud, conditions, budget); }, seeing); };
     // Side by side: some parts of both take one thread only.
     if (default_method) {
       tbb::parallel_invoke(index_points, see);
     } else {
       index_points();
     }
+    if (!prepared_in_time) return false;
     if (!taken) return true;
 
     double sampling = 0;

@@ -103,10 +103,11 @@ void Sampler::draw_uniform(int round, int sample, int n, float* xyz) const {
 void Sampler::uniform(int round, int n, float* xyz, const Budget& budget) const {
   tbb::parallel_for(tbb::blocked_range<int>(0, n, 4 * kUniformAtOnce), [&](const auto& range) {
     for (int i = range.begin(); i < range.end(); i += kUniformAtOnce) {
-      budget.check();
+      if (budget.spent()) return;
       draw_uniform(round, i, std::min(kUniformAtOnce, range.end() - i), xyz + 3 * i);
     }
   });
+  budget.check();
 }
 
 namespace {
@@ -312,13 +313,14 @@ void Sampler::propose(int round, int n, float* xyz, const Budget& budget) {
   proposals_.resize(static_cast<std::size_t>(n));
   tbb::parallel_for(tbb::blocked_range<int>(0, n, 16), [&](const auto& range) {
     for (int i = range.begin(); i < range.end(); ++i) {
-      if (i % 16 == 0) budget.check();
+      if (i % 16 == 0 && budget.spent()) return;
       Proposal& p = proposals_[static_cast<std::size_t>(i)];
       if (next(round, i, 0, p)) continue;
       p.attempt = kTries;
       draw_uniform(round, i, 1, xyz + 3 * i);
     }
   });
+  budget.check();
   const auto none = [](const Proposal& p) { return p.attempt == kTries; };
   proposals_.erase(std::remove_if(proposals_.begin(), proposals_.end(), none), proposals_.end());
   std::sort(proposals_.begin(), proposals_.end(), [](const Proposal& a, const Proposal& b) {
@@ -333,7 +335,7 @@ void Sampler::propose(int round, int n, float* xyz, const Budget& budget) {
   tbb::parallel_for(tbb::blocked_range<std::size_t>(0, runs, 4), [&](const auto& range) {
     Scratch& s = scratch_.local();
     for (std::size_t run = range.begin(); run < range.end(); ++run) {
-      if (run % 4 == 0) budget.check();
+      if (run % 4 == 0 && budget.spent()) return;
       s.run.assign(proposals_.begin() + static_cast<std::ptrdiff_t>(runs_[run]),
                    proposals_.begin() + static_cast<std::ptrdiff_t>(runs_[run + 1]));
       snap(s.run, s, xyz);
@@ -348,6 +350,7 @@ void Sampler::propose(int round, int n, float* xyz, const Budget& budget) {
       }
     }
   });
+  budget.check();
 }
 
 }  // namespace handhold

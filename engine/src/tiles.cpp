@@ -129,12 +129,13 @@ void TileStore::build_organized(const CloudView& cloud, std::uint32_t step, cons
   allocate(static_cast<std::uint32_t>(order_.size()));
   tbb::parallel_for(tbb::blocked_range<std::uint32_t>(0, blocks_, 32), [&](const auto& range) {
     for (std::uint32_t b = range.begin(); b < range.end(); ++b) {
-      if (b % kBlocksAtOnce == 0) budget.check();
+      if (b % kBlocksAtOnce == 0 && budget.spent()) return;
       load_block(cloud, step, order_[b] % across * 16, order_[b] / across * 16,
                  points_.data() + 768 * static_cast<std::size_t>(b));
       finish_block(b);
     }
   });
+  budget.check();
 }
 
 void TileStore::build_unorganized(const CloudView& cloud, const Budget& budget) {
@@ -169,7 +170,7 @@ void TileStore::build_unorganized(const CloudView& cloud, const Budget& budget) 
   allocate(static_cast<std::uint32_t>((finite + 255) / 256));
   tbb::parallel_for(tbb::blocked_range<std::uint32_t>(0, blocks_, 32), [&](const auto& range) {
     for (std::uint32_t b = range.begin(); b < range.end(); ++b) {
-      if (b % kBlocksAtOnce == 0) budget.check();
+      if (b % kBlocksAtOnce == 0 && budget.spent()) return;
       float* block = points_.data() + 768 * static_cast<std::size_t>(b);
       for (std::size_t j = 0; j < 256; ++j) {
         const std::size_t at = 256 * static_cast<std::size_t>(b) + j;
@@ -184,6 +185,7 @@ void TileStore::build_unorganized(const CloudView& cloud, const Budget& budget) 
       finish_block(b);
     }
   });
+  budget.check();
 }
 
 void TileStore::find_robust_bounds(const CloudView& cloud) {
@@ -237,7 +239,7 @@ void TileStore::build_thinned(const CloudView& cloud, const TileStore& full, std
   allocate(static_cast<std::uint32_t>((finite + 255) / 256));
   tbb::parallel_for(tbb::blocked_range<std::uint32_t>(0, blocks_, 32), [&](const auto& range) {
     for (std::uint32_t b = range.begin(); b < range.end(); ++b) {
-      if (b % kBlocksAtOnce == 0) budget.check();
+      if (b % kBlocksAtOnce == 0 && budget.spent()) return;
       float* block = points_.data() + 768 * static_cast<std::size_t>(b);
       for (std::size_t j = 0; j < 256; ++j) {
         const std::size_t at = 256 * static_cast<std::size_t>(b) + j, from = area * at;
@@ -249,6 +251,7 @@ void TileStore::build_thinned(const CloudView& cloud, const TileStore& full, std
       finish_block(b);
     }
   });
+  budget.check();
   number_points();
 }
 
