@@ -248,6 +248,14 @@ TEST(Guesses, AreNoSecretState) {
     other.localize(demo().view(), result, guesses);
     EXPECT_EQ(found(result), with) << threads << " threads";
   }
+  for (const Strategy strategy : {Strategy::kUniform, Strategy::kSum}) {
+    options.strategy = strategy, options.threads = 2;
+    Localizer other(options);
+    other.localize(demo().view(), result, guesses);
+    EXPECT_EQ(result.funnel.samples, 600) << to_string(strategy);
+    const auto about = found(result);
+    EXPECT_NE(about, found(other.localize(demo().view()))) << to_string(strategy);
+  }
   const double nan = std::numeric_limits<double>::quiet_NaN();
   EXPECT_THROW(localizer.localize(demo().view(), result, {{0, nan, 0}}), std::invalid_argument);
   localizer.localize(demo().view(), result, {{50, 50, 50}});

@@ -134,7 +134,7 @@ void Sampler::set_centres(const std::vector<Vector3>& centres) {
                                 : 0;
   centres_ = centres;
   entries_.resize(known);
-  if (options_->strategy != Strategy::kMax || centres.empty()) return;
+  if (options_->strategy == Strategy::kSum || centres.empty()) return;
   const double size = kCellSigmas * options_->effective_proposal_sigma();
   for (auto i = static_cast<std::uint32_t>(known); i < centres.size(); ++i) {
     const Vector3& c = centres[i];
