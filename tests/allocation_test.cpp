@@ -10,6 +10,7 @@
 #include <cstring>
 #include <new>
 
+#include "demo_cloud.h"
 #include "handhold/localizer.h"
 #include "handhold/sensor.h"
 
@@ -80,12 +81,6 @@ extern "C" void* aligned_alloc(std::size_t alignment, std::size_t n) {
 namespace handhold {
 namespace {
 
-Cloud demo() {
-  return sensor::DepthCamera(sensor::table_scene_camera_options())
-      .capture(sensor::table_scene(), sensor::table_scene_camera())
-      .cloud;
-}
-
 struct Counts {
   long ours, others;
 };
@@ -114,7 +109,7 @@ class NoAllocation : public ::testing::Test {
 };
 
 TEST_F(NoAllocation, InAFrameLikeTheLastOneOnOneThread) {
-  const Cloud image = demo();
+  const Cloud image = test::demo_cloud();
   Cloud row = image;
   row.width *= row.height, row.height = 1;
   for (const Cloud* cloud : {&image, &static_cast<const Cloud&>(row)})
@@ -143,7 +138,7 @@ TEST_F(NoAllocation, InAFrameLikeTheLastOneOnOneThread) {
 
 /// Each thread's scratch grows to the largest task that it has met, so it takes more frames until none does.
 TEST_F(NoAllocation, InTheLongRunOnSeveralThreads) {
-  const Cloud cloud = demo();
+  const Cloud cloud = test::demo_cloud();
   for (const Method method : {Method::kDefault, Method::kPaper}) {
     Options options;
     options.method = method, options.threads = 4, options.samples = 1500;

@@ -8,23 +8,17 @@
 #include <utility>
 #include <vector>
 
+#include "demo_cloud.h"
 #include "handhold/sensor.h"
 #include "localizer_detail.h"
 
 namespace handhold {
 namespace {
 
-const Cloud& demo() {
-  static const Cloud cloud = sensor::DepthCamera(sensor::table_scene_camera_options())
-                                 .capture(sensor::table_scene(), sensor::table_scene_camera())
-                                 .cloud;
-  return cloud;
-}
-
 /// All handles, to the last digit.
 std::string found(Localizer localizer) {
   std::string text;
-  for (const Handle& h : localizer.localize(demo().view()).handles) {
+  for (const Handle& h : localizer.localize(test::demo_cloud().view()).handles) {
     for (const Vector3& v : {h.center, h.axis, h.approach})
       for (const double x : v) text += std::to_string(x) + ' ';
     for (const double x : {h.radius, h.length, h.confidence, h.observed_free}) text += std::to_string(x) + ' ';
@@ -74,7 +68,7 @@ TEST(Conditions, FixedEvidenceIsWhatTheCandidatesHave) {
   Conditions conditions;
   conditions.normal_error = 0.15, conditions.corner_gain = 0.3;
   Localizer localizer = LocalizerInside::make(every_candidate(), conditions);
-  localizer.localize(demo().view());
+  localizer.localize(test::demo_cloud().view());
   std::size_t with_normals = 0;
   for (const PartCandidate& candidate : LocalizerInside::candidates(localizer)) {
     EXPECT_EQ(candidate.evidence.corner_gain, 0.3);

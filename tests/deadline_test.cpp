@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "budget.h"
+#include "demo_cloud.h"
 #include "handhold/localizer.h"
 #include "handhold/sensor.h"
 #include "layers.h"
@@ -16,15 +17,9 @@
 namespace handhold {
 namespace {
 
-const Cloud& demo() {
-  static const Cloud cloud = sensor::DepthCamera(sensor::table_scene_camera_options())
-                                 .capture(sensor::table_scene(), sensor::table_scene_camera())
-                                 .cloud;
-  return cloud;
-}
 /// The same points in one row.
 Cloud unorganized() {
-  Cloud cloud = demo();
+  Cloud cloud = test::demo_cloud();
   cloud.width *= cloud.height, cloud.height = 1;
   return cloud;
 }
@@ -63,18 +58,18 @@ TEST(Deadline, FarAwayChangesNothing) {
     Options options;
     options.method = method;
     options.samples = 2000;
-    const Result all = Localizer(options).localize(demo().view());
+    const Result all = Localizer(options).localize(test::demo_cloud().view());
     ASSERT_EQ(all.status, Status::kOk);
     ASSERT_FALSE(all.handles.empty());
     options.deadline_ms = 6e4;
-    EXPECT_EQ(text_of(Localizer(options).localize(demo().view())), text_of(all));
+    EXPECT_EQ(text_of(Localizer(options).localize(test::demo_cloud().view())), text_of(all));
     EXPECT_EQ(all.funnel.cut, 0);
   }
 }
 
 TEST(Deadline, AtOnceFindsNothing) {
   const Cloud row = unorganized();
-  for (const CloudView& cloud : {demo().view(), row.view()})
+  for (const CloudView& cloud : {test::demo_cloud().view(), row.view()})
     for (const Method method : {Method::kDefault, Method::kPaper}) {
       Options options;
       options.method = method;
@@ -91,7 +86,7 @@ TEST(Deadline, AtOnceFindsNothing) {
 TEST(Deadline, AnyPartOfAFrameIsSound) {
   Options options;
   options.samples = 3000;
-  const std::string whole = text_of(Localizer(options).localize(demo().view()));
+  const std::string whole = text_of(Localizer(options).localize(test::demo_cloud().view()));
   int cut = 0;
   for (const Method method : {Method::kDefault, Method::kPaper})
     for (const int threads : {1, 2})
@@ -99,7 +94,7 @@ TEST(Deadline, AnyPartOfAFrameIsSound) {
         options.method = method, options.threads = threads, options.deadline_ms = deadline;
         Localizer localizer(options);
         Result result;
-        for (int i = 0; i < 2; ++i) localizer.localize(demo().view(), result);
+        for (int i = 0; i < 2; ++i) localizer.localize(test::demo_cloud().view(), result);
         ASSERT_TRUE(result.status == Status::kOk || result.status == Status::kDeadline);
         const Funnel& f = result.funnel;
         cut += result.status == Status::kDeadline;
@@ -122,12 +117,12 @@ TEST(Deadline, AnyPartOfAFrameIsSound) {
       }
   EXPECT_GT(cut, 0);
   options.method = Method::kDefault, options.deadline_ms.reset();
-  EXPECT_EQ(text_of(Localizer(options).localize(demo().view())), whole);
+  EXPECT_EQ(text_of(Localizer(options).localize(test::demo_cloud().view())), whole);
 }
 
 TEST(Deadline, WhatWasNotLookedAtIsSaid) {
   TileStore tiles;
-  tiles.build(demo().view());
+  tiles.build(test::demo_cloud().view());
   const auto index = make_index(IndexKind::kEmbree);
   index->build(tiles);
   Layers layers(IndexKind::kEmbree);
@@ -135,7 +130,7 @@ TEST(Deadline, WhatWasNotLookedAtIsSaid) {
   Options options;
   options.method = Method::kPaper;
   Search search(options);
-  search.begin(layers, demo().viewpoint);
+  search.begin(layers, test::demo_cloud().viewpoint);
   std::vector<float> xyz(3 * 500);
   for (std::size_t i = 0; i < 500; ++i) tiles.finite_point(37 * i, &xyz[3 * i]);
   std::vector<Step> steps(500);
@@ -155,21 +150,21 @@ TEST(Cancel, EndsTheFrameInProgressAndNoOther) {
     options.threads = threads;
     Localizer localizer(options);
     localizer.cancel();
-    const std::string whole = text_of(localizer.localize(demo().view()));
+    const std::string whole = text_of(localizer.localize(test::demo_cloud().view()));
     EXPECT_EQ(whole.rfind("ok\n", 0), 0u) << "there was no frame to cancel";
     Result result;
     std::atomic<bool> over{false};
     std::thread other([&] {
       while (!over) localizer.cancel(), std::this_thread::yield();
     });
-    localizer.localize(demo().view(), result);
+    localizer.localize(test::demo_cloud().view(), result);
     over = true;
     other.join();
     EXPECT_EQ(result.status, Status::kCancelled);
     EXPECT_TRUE(result.handles.empty());
     EXPECT_TRUE(result.affordances.empty());
     EXPECT_TRUE(localizer.samples().empty());
-    EXPECT_EQ(text_of(localizer.localize(demo().view())), whole);
+    EXPECT_EQ(text_of(localizer.localize(test::demo_cloud().view())), whole);
   }
 }
 

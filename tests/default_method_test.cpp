@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "demo_cloud.h"
 #include "handhold/localizer.h"
 #include "handhold/sensor.h"
 #include "test_clouds.h"
@@ -13,15 +14,6 @@ namespace {
 
 using test::FloatPoints;
 using test::Random;
-
-Cloud demo_cloud() {
-  const sensor::DepthCamera camera(sensor::table_scene_camera_options());
-  return camera.capture(sensor::table_scene(), sensor::table_scene_camera()).cloud;
-}
-const Cloud& demo() {
-  static const Cloud cloud = demo_cloud();
-  return cloud;
-}
 
 double distance(const Vector3& a, const Vector3& b) {
   return std::sqrt((a[0] - b[0]) * (a[0] - b[0]) + (a[1] - b[1]) * (a[1] - b[1]) + (a[2] - b[2]) * (a[2] - b[2]));
@@ -46,7 +38,7 @@ bool on_part(const Handle& h, const sensor::Part& part) {
 TEST(DefaultMethod, FindsThePartsOfTheDemonstrationAndLittleElse) {
   const std::vector<sensor::Part> parts = sensor::DepthCamera(sensor::table_scene_camera_options())
                                               .truth(sensor::table_scene(), sensor::table_scene_camera());
-  const Result result = Localizer(Options()).localize(demo().view());
+  const Result result = Localizer(Options()).localize(test::demo_cloud().view());
   std::size_t found = 0, right = 0, wanted = 0;
   std::string missed;
   for (const sensor::Part& part : parts) {
@@ -75,11 +67,11 @@ TEST(DefaultMethod, FindsThePartsOfTheDemonstrationAndLittleElse) {
 
 TEST(DefaultMethod, ResultDoesNotDependOnTheFrameOfTheCloud) {
   Random random(501);
-  const Result still = Localizer(Options()).localize(demo().view());
+  const Result still = Localizer(Options()).localize(test::demo_cloud().view());
   ASSERT_GE(still.handles.size(), 3u);
   const test::Matrix3d R = random.rotation();
   const test::Vector3d t(0.5, -0.2, 0.3);
-  Cloud moved = demo();
+  Cloud moved = test::demo_cloud();
   for (std::size_t i = 0; i < moved.size(); ++i) {
     Eigen::Map<Eigen::Vector3f> p(&moved.xyz[3 * i]);
     p = (R * p.cast<double>() + t).cast<float>();
@@ -103,12 +95,12 @@ TEST(DefaultMethod, SameBytesForAnyNumberOfThreads) {
   options.samples = 2000;
   options.min_confidence = 0;
   options.threads = 1;
-  const Result first = Localizer(options).localize(demo().view());
+  const Result first = Localizer(options).localize(test::demo_cloud().view());
   ASSERT_GE(first.handles.size(), 3u);
   for (const int threads : {2, 7}) {
     for (const IndexKind index : {IndexKind::kEmbree, IndexKind::kGrid}) {
       options.threads = threads, options.index = index;
-      const Result other = Localizer(options).localize(demo().view());
+      const Result other = Localizer(options).localize(test::demo_cloud().view());
       ASSERT_EQ(other.handles.size(), first.handles.size());
       for (std::size_t i = 0; i < first.handles.size(); ++i) {
         EXPECT_EQ(other.handles[i].center, first.handles[i].center);

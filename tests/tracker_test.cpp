@@ -7,6 +7,7 @@
 #include <limits>
 #include <vector>
 
+#include "demo_cloud.h"
 #include "handhold/localizer.h"
 #include "handhold/sensor.h"
 #include "vec3.h"
@@ -185,16 +186,9 @@ TEST(Tracker, BadOptionsAreNamed) {
 
 // ---- Guesses in a search ------------------------------------------------------------------------------------------
 
-const Cloud& demo() {
-  static const Cloud cloud = sensor::DepthCamera(sensor::table_scene_camera_options())
-                                 .capture(sensor::table_scene(), sensor::table_scene_camera())
-                                 .cloud;
-  return cloud;
-}
-
 TEST(Guesses, FindWithFewSamplesWhatManyFound) {
   Options options;
-  const Result all = Localizer(options).localize(demo().view());
+  const Result all = Localizer(options).localize(test::demo_cloud().view());
   ASSERT_GE(all.handles.size(), 4u);
   Tracker tracker;
   tracker.update(all.handles);
@@ -216,10 +210,10 @@ TEST(Guesses, FindWithFewSamplesWhatManyFound) {
     options.seed = seed;
     Localizer localizer(options);
     Result result;
-    localizer.localize(demo().view(), result, guesses);
+    localizer.localize(test::demo_cloud().view(), result, guesses);
     EXPECT_EQ(result.funnel.samples, 200);
     with += again(result);
-    localizer.localize(demo().view(), result);
+    localizer.localize(test::demo_cloud().view(), result);
     without += again(result);
   }
   EXPECT_GT(with, without);
@@ -235,30 +229,30 @@ TEST(Guesses, AreNoSecretState) {
     return centers;
   };
   Localizer localizer(options);
-  const auto without = found(localizer.localize(demo().view()));
+  const auto without = found(localizer.localize(test::demo_cloud().view()));
   const std::vector<Vector3> guesses = {{0, 0, 0.7}, {0.1, 0, 0.7}};
   Result result;
-  localizer.localize(demo().view(), result, guesses);
+  localizer.localize(test::demo_cloud().view(), result, guesses);
   const auto with = found(result);
   EXPECT_NE(with, without);
-  EXPECT_EQ(found(localizer.localize(demo().view())), without);
+  EXPECT_EQ(found(localizer.localize(test::demo_cloud().view())), without);
   for (const int threads : {1, 3}) {
     options.threads = threads;
     Localizer other(options);
-    other.localize(demo().view(), result, guesses);
+    other.localize(test::demo_cloud().view(), result, guesses);
     EXPECT_EQ(found(result), with) << threads << " threads";
   }
   for (const Strategy strategy : {Strategy::kUniform, Strategy::kSum}) {
     options.strategy = strategy, options.threads = 2;
     Localizer other(options);
-    other.localize(demo().view(), result, guesses);
+    other.localize(test::demo_cloud().view(), result, guesses);
     EXPECT_EQ(result.funnel.samples, 600) << to_string(strategy);
     const auto about = found(result);
-    EXPECT_NE(about, found(other.localize(demo().view()))) << to_string(strategy);
+    EXPECT_NE(about, found(other.localize(test::demo_cloud().view()))) << to_string(strategy);
   }
   const double nan = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_THROW(localizer.localize(demo().view(), result, {{0, nan, 0}}), std::invalid_argument);
-  localizer.localize(demo().view(), result, {{50, 50, 50}});
+  EXPECT_THROW(localizer.localize(test::demo_cloud().view(), result, {{0, nan, 0}}), std::invalid_argument);
+  localizer.localize(test::demo_cloud().view(), result, {{50, 50, 50}});
   EXPECT_EQ(result.status, Status::kOk) << "nowhere near the cloud";
 }
 

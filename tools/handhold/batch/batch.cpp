@@ -192,7 +192,7 @@ int run(const Arguments& a) {
     if (a.out.empty()) throw UsageError("no folder for the results given; add -o DIR");
     options = effective_options(a.options);
     if (const char* problem = kernels::isa_error()) throw UsageError(problem);
-    work = batch::list_work(a.source, a.out, a.recursive);
+    work = batch::list_work(list_clouds(a.source, a.recursive), a.out);
     const bool first = !ranks || ranks->rank() == 0;
     for (const std::string& path : {a.csv, a.json}) {
       if (first && !path.empty()) AtomicFile::check_writable(path);

@@ -5,6 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "cloud_list.h"
+
 namespace handhold::batch {
 
 struct Work {
@@ -12,9 +14,7 @@ struct Work {
   std::string name;  ///< of the result, without .json: the cloud's, with the folders below the source
 };
 
-/// Of a folder all .pcd and .ply files in order of their names, with those of its folders when `recursive`; of a text
-/// file those that its lines name, relative to its folder (empty lines and those that begin with # are passed over).
-/// @throws UsageError, std::runtime_error: no such source, nothing in it, two clouds whose results have one name
-std::vector<Work> list_work(const std::filesystem::path& source, const std::filesystem::path& out, bool recursive);
+/// @throws UsageError: two clouds whose results have one name
+std::vector<Work> list_work(const CloudList& list, const std::filesystem::path& out);
 
 }  // namespace handhold::batch

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "atomic_file.h"
+#include "cloud_list.h"
 #include "command_line.h"
 #include "frame_queue.h"
 #include "handhold/io.h"
@@ -25,7 +26,6 @@
 #include "subcommand.h"
 #include "threads.h"
 #include "usage_error.h"
-#include "work_list.h"
 
 namespace handhold {
 namespace {
@@ -71,11 +71,12 @@ double seconds_since(Clock::time_point start) {
 }
 
 /// Reads one cloud after the other, each when it is due.
-void read_all(const std::vector<batch::Work>& clouds, double rate_hz, Clock::time_point start, FrameQueue& queue) {
+void read_all(const std::vector<std::filesystem::path>& clouds, double rate_hz, Clock::time_point start,
+              FrameQueue& queue) {
   for (std::size_t i = 0; i < clouds.size() && !interrupted; ++i) {
     Frame frame;
     frame.number = i;
-    frame.source = clouds[i].cloud.string();
+    frame.source = clouds[i].string();
     try {
       frame.cloud = read_cloud(frame.source);
     } catch (const std::exception& error) {
@@ -134,7 +135,7 @@ int run(const Arguments& a) {
   const Options options = effective_options(a.options);
   if (const char* problem = kernels::isa_error()) throw UsageError(problem);
   const double rate = a.rate.empty() ? 0 : numbers("--rate-hz", a.rate, 1e-3, 1e4, "Hz").front();
-  const std::vector<batch::Work> clouds = batch::list_work(a.source, "", false);
+  const std::vector<std::filesystem::path> clouds = list_clouds(a.source, false).clouds;
   Lines lines(a.json);
 
   const Interrupt interrupt;

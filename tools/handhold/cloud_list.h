@@ -1,0 +1,19 @@
+// The clouds that a user means: a folder's, or a list's.
+#pragma once
+
+#include <filesystem>
+#include <vector>
+
+namespace handhold {
+
+struct CloudList {
+  std::filesystem::path folder;               ///< the folder, or the list's
+  std::vector<std::filesystem::path> clouds;  ///< one at least
+};
+
+/// Of a folder all .pcd and .ply files in order of their names, with those of its folders when `recursive`; of a text
+/// file those that its lines name, relative to its folder (empty lines and those that begin with # are passed over).
+/// @throws UsageError, std::runtime_error: no such source, or nothing in it
+CloudList list_clouds(const std::filesystem::path& source, bool recursive);
+
+}  // namespace handhold
