@@ -16,6 +16,7 @@ struct Conditions {
   bool refine = true;          ///< a neighbourhood's cylinder is fitted to the distances of its points
   bool least_arc = true;       ///< points over at least 70 degrees
   bool convex = true;          ///< the sensor sees the outside
+  bool ends = true;            ///< no affordance where the surface that is seen goes on beside it on one side
   bool straps = true;          ///< thin parts are also found by their outline
   bool bows = true;            ///< thin parts are followed around their bends
   bool outline = true;         ///< evidence from where a part ends beside its axis; off: what right ones usually show

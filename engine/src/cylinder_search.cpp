@@ -5,6 +5,7 @@
 #include "fingers.h"
 #include "ribbon.h"
 #include "search.h"
+#include "silhouette.h"
 
 namespace handhold {
 namespace {
@@ -27,6 +28,19 @@ constexpr double kRibbonQuality = 0.5;
 
 bool of_scale(double ball, double radius, double slack) {
   return ball >= kSmallestBall * radius / slack && ball <= (kLargestBall * radius + kLargestBallOffset) * slack;
+}
+
+/// Whether the surface that the sensor sees goes on beside a cylinder, on one side: it is the rim of something, or one of
+/// its edges, and no finger gets around it there.
+bool goes_on(const DepthImage& image, const Vector3& point, const Vector3& axis, double radius, double sigma) {
+  const Vector3 to_sensor = image.viewpoint() - point;
+  const Vector3 ahead = normalized(to_sensor - dot(to_sensor, axis) * axis, any_perpendicular(axis));
+  const Vector3 side = cross(axis, ahead), place = point + radius * ahead;
+  const double reach = silhouette_reach(radius);
+  const auto surface = [&](const Vector3& way) {
+    return silhouette_side(image, place, way, ahead, reach, sigma).kind == SilhouetteSide::kSurface;
+  };
+  return surface(side) || surface(-1.0 * side);
 }
 
 /// At most `most` of the points, evenly in their order; the same arrays when there are no more.
@@ -85,11 +99,13 @@ Step Search::judge(const Candidate& c, double ball, Scratch& s, Found& found) co
   const double arc = arc_of(points, cylinder, to_sensor);
   if (arc < kLeastArc && conditions_.least_arc) return Step::kPoorFit;
 
+  const Vector3 center = c.position + cylinder.point;
+  if (conditions_.ends && goes_on(*image_, center, cylinder.axis, cylinder.radius, sigma)) return Step::kNoGap;
   const Grip grip = FingerTest(*options_, *image_, conditions_)
-                        .any(c.position + cylinder.point, cylinder.axis, cylinder.radius, options_->finger_width);
+                        .any(center, cylinder.axis, cylinder.radius, options_->finger_width);
   if (!grip.fits) return Step::kNoGap;
   Affordance& a = found.affordance = c.affordance;
-  a.center = c.position + cylinder.point;
+  a.center = center;
   a.axis = canonical_axis(cylinder.axis);
   a.radius = cylinder.radius;
   a.normal = normalized(-1.0 * cylinder.point, grip.from);

@@ -25,8 +25,6 @@ constexpr double kSureCount = 10;  ///< points of a slice beyond which its radiu
 constexpr double kJump = 0.0012, kJumpShare = 0.06;  ///< m; of the radius
 constexpr double kLeastArc = 1.2217;                 ///< rad
 constexpr double kMostNormalError = 0.55;            ///< rad
-constexpr double kBeside = 1.8,
-                 kBesideMore = 0.008;  ///< of the radius, and m; how far from its middle one looks for its end
 constexpr double kSameWidth = 0.3, kSameWidthMore = 0.0015;  ///< share and m; widths along a strap differ by less
 constexpr std::size_t kLeastOutline = 3;                     ///< slices
 /// Of a cylinder's radius: seen narrower than this it is a strap. The steep sides of thick parts are often not
@@ -154,7 +152,7 @@ double PartCheck::radius_of(const ProfilePiece& piece) const {
 /// Looks where the part ends on both sides of its axis, seen from the sensor, in `n` slices from `low`.
 void PartCheck::find_outline(const Cylinder& c, double low, std::size_t n) {
   const CylinderFrame f = points_.frame(c);
-  const double reach = kBeside * c.radius + kBesideMore;
+  const double reach = silhouette_reach(c.radius);
   outline_.clear();
   for (std::size_t i = 0; i < n; ++i) {
     const Vector3 place = c.point + (low + (static_cast<double>(i) + 0.5) * kSlice) * c.axis + c.radius * f.ahead;

@@ -28,6 +28,11 @@ struct SilhouetteSide {
   std::array<double, kLooksBeyond> fall{};
 };
 
+/// How far from its middle one looks for the end of a part of that radius (m).
+inline double silhouette_reach(double radius) {
+  return 1.8 * radius + 0.008;
+}
+
 /// Follows the surface that is seen from `place` (m, on the side of a part towards the sensor) in direction `side`
 /// (unit, across the part's axis), up to `reach` (m). `ahead`: unit, across both, towards the sensor. `sigma`: standard
 /// deviation of depth there (m).
