@@ -27,7 +27,7 @@ struct Evaluated {
 /// Solves (A + damping * diag(A) + kRidge * I) x = b by Cholesky's factors L D L^T; A: lower triangle by rows. False
 /// when rounding made the matrix indefinite.
 bool solve(const float* A, double damping, const double* b, double* x) {
-  double L[5][5], D[5];
+  double L[5][5], D[5], inverse[5];
   int k = 0;
 #pragma GCC unroll 5
   for (int i = 0; i < 5; ++i) {
@@ -36,12 +36,13 @@ bool solve(const float* A, double damping, const double* b, double* x) {
       double v = static_cast<double>(A[k]);
 #pragma GCC unroll 5
       for (int m = 0; m < j; ++m) v -= L[i][m] * D[m] * L[j][m];
-      L[i][j] = v / D[j];
+      L[i][j] = v * inverse[j];
     }
     D[i] = static_cast<double>(A[k++]) * (1 + damping) + kRidge;
 #pragma GCC unroll 5
     for (int m = 0; m < i; ++m) D[i] -= L[i][m] * L[i][m] * D[m];
     if (!(D[i] > 0)) return false;
+    inverse[i] = 1 / D[i];
   }
 #pragma GCC unroll 5
   for (int i = 0; i < 5; ++i) {
@@ -51,7 +52,7 @@ bool solve(const float* A, double damping, const double* b, double* x) {
   }
 #pragma GCC unroll 5
   for (int i = 4; i >= 0; --i) {
-    x[i] /= D[i];
+    x[i] *= inverse[i];
 #pragma GCC unroll 5
     for (int m = i + 1; m < 5; ++m) x[i] -= L[m][i] * x[m];
   }

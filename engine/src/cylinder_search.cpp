@@ -124,7 +124,9 @@ bool Search::find_cylinders(double radius, Scratch& s) const {
     Found found;
     Step& step = s.reached[c.entry];
     step = judge(c, radius, s, found);
-    if (step == Step::kAffordance) s.found.push_back(found);
+    if (step != Step::kAffordance) continue;
+    s.found.push_back(found);
+    s.quality[c.entry] = found.affordance.quality;
   }
   return true;
 }

@@ -111,7 +111,7 @@ void DepthImage::read_organized(const CloudView& cloud, const Budget& budget) {
       if (i % kPointsAtOnce == 0 && budget.spent()) return;
       const float* p = cloud.point(i);
       const float z = h6 * (p[0] - vx) + h7 * (p[1] - vy) + h8 * (p[2] - vz);
-      depth_[i] = z > 0 && z < 1e6f ? z : 0.0f;  // false for NaN
+      depth_[i] = (z > 0) & (z < 1e6f) ? z : 0.0f;  // false for NaN
     }
   });
   budget.check();

@@ -25,8 +25,10 @@ constexpr std::uint32_t kTasks = 16, kLeastTask = 32;
 constexpr double kEnoughPoints = 50;
 constexpr int kLeastOfFit = 10;
 /// A sample whose curvature is too low at so many radii in a row, from the largest on, is not looked at any closer: 3 %
-/// of such samples have an affordance at a smaller radius, and the handles are as right without them.
+/// of such samples have an affordance at a smaller radius, and the handles are as right without them. As right are they
+/// when a sample that has an affordance of this quality is not looked at any closer.
 constexpr int kFlatScales = 2;
+constexpr double kGoodQuality = 0.25;
 constexpr std::uint32_t kStrapsAtOnce = 8;  ///< between two looks at the clock
 
 class Stopwatch {
@@ -250,6 +252,7 @@ bool Search::run_task(std::size_t first_group, std::size_t last_group, Step* ste
       step = std::max(step, s.reached[k]);
       int& flat = s.flat[s.sample[k] - groups_[first_group].begin];
       flat = s.reached[k] == Step::kCurvatureLow ? flat + (scale->shows_rods && s.moments[k].skipped ? kFlatScales : 1)
+             : s.quality[k] >= kGoodQuality      ? kFlatScales
                                                  : 0;
     }
   }
@@ -342,6 +345,7 @@ bool Search::run_scale(std::size_t first_group, std::size_t last_group, const Sc
     }
     watch.lap(s.seconds.moments);
   }
+  s.quality.assign(s.sample.size(), 0);
   if (!fit(scale.radius, s)) return false;
   watch.lap(s.seconds.fit);
   const bool done = image_ ? find_cylinders(scale.radius, s) : find_shells(s);

@@ -92,7 +92,9 @@ class Search {
     std::vector<std::uint32_t> sample;  ///< of each entry of `moments`: position in the sorted order
     std::vector<std::uint32_t> group;   ///< of each entry of `moments`: position in the task
     AlignedArray<Step> reached;         ///< where each entry ended
-    std::vector<int> flat;              ///< of each sample of the task: at how many scales in a row, the last ones
+    std::vector<double> quality;        ///< of each entry's affordance, by the default method; 0: it has none
+    std::vector<int> flat;              ///< of each sample of the task: at how many scales in a row, the last ones; as
+                                        ///< many as it takes when it needs no further look
     std::vector<std::uint32_t> whole;   ///< entries whose moments are valid
     std::vector<Vector3> axis;          ///< by position in `whole`, when the axis is not the quadric's
     std::vector<Candidate> candidates;

@@ -23,15 +23,16 @@ SilhouetteSide silhouette_side(const DepthImage& image, const Vector3& place, co
   const Vector3 to_place = place - image.viewpoint();
   // How far ahead of the place what is seen beside it lies. Along a part that points towards the sensor depth changes
   // from pixel to pixel; across its axis it does not.
-  const double noise = sigma * std::fabs(dot(ahead, to_place)) / norm(to_place), jump = depth_step(noise);
+  const double lever = dot(to_place, ahead), noise = sigma * std::fabs(lever) / norm(to_place);
+  const double jump = depth_step(noise), metres = 1 / per_metre;
   const auto seen = [&](int k, double& at, double& height) {
-    at = k / per_metre;
+    at = k * metres;
     const DepthImage::Projected p = from + at * along;
-    const double u = p.a / p.depth + 0.5, v = p.b / p.depth + 0.5;
     if (!(p.depth > 0.02)) return false;
-    const double z = image.depth_in(u, v);
+    const double inverse = 1 / p.depth;
+    const double z = image.depth_in(p.a * inverse + 0.5, p.b * inverse + 0.5);
     // side is across ahead.
-    height = (z / p.depth - 1) * dot(to_place, ahead);
+    height = (z * inverse - 1) * lever;
     return z > 0;
   };
   double last = 0;
@@ -41,12 +42,12 @@ SilhouetteSide silhouette_side(const DepthImage& image, const Vector3& place, co
   for (int k = 1; k <= pixels; ++k) {
     double at = 0, height = 0;
     const bool known = seen(k, at, height);
-    result.at = at - 0.5 / per_metre;
+    result.at = at - 0.5 * metres;
     if (!known || height > last + jump) return result;
     // A pixel on the edge may mix both depths.
     if (height < last - jump || height < before - jump) {
       result.kind = SilhouetteSide::kStep;
-      if (height >= last - jump) result.at -= 0.5 / per_metre;
+      if (height >= last - jump) result.at -= 0.5 * metres;
       const double edge = std::max(last, before);
       double fall = std::max(0.0, edge - height);
       for (std::size_t i = 0; i < kLooksBeyond; ++i) {
