@@ -167,6 +167,13 @@ struct RayQuery {
   std::int32_t most;                  ///< steps
 };
 
+/// Sixteen places of a depth image.
+struct PlaceQuery {
+  const float* depth;          ///< as in RayQuery
+  std::int32_t width, height;  ///< px
+  float column[16], row[16];   ///< px; of pixel (i, j) are [i, i + 1) and [j, j + 1)
+};
+
 /// About an axis: directions across it, at right angles, and how many of the outermost points are wanted.
 struct TurnQuery {
   float point[3];  ///< of the axis
@@ -244,6 +251,10 @@ struct Kernels {
   /// Steps from the place to where its surface ends at a farther one, half of one before the first pixel beyond, in
   /// each of the sixteen directions; -1: it does not, or something nearer or unknown comes first.
   void (*ray_ends)(const RayQuery& query, float* ends);
+
+  /// Mean inverse depth (1/m) of the pixel at each of sixteen places and of its four neighbours; 0: one of them is
+  /// unknown or out of the image. Where there is nothing the inverse is 0.
+  void (*inverse_depths)(const PlaceQuery& query, float* means);
 
   /// Of n points (unaligned arrays; 15 floats behind the last one are read and ignored) the kTurns least and largest
   /// turns about the axis, from the outermost on; 3 and -3 where there are not so many. A turn rises with the angle

@@ -4,7 +4,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <limits>
+#include <utility>
 #include <vector>
 
 #include "kernels.h"
@@ -90,6 +92,45 @@ TEST(RayEnds, AgreeWithPlainLoops) {
   EXPECT_GT(found, 500);
   // Without a fused multiply-add a place at the border of two pixels may fall to the other one.
   EXPECT_GE(same, all - 5);
+}
+
+// ---- inverse_depths ------------------------------------------------------------------------------------------------
+
+TEST(InverseDepths, AreMeansOverFivePixels) {
+  Random random(315);
+  int known = 0, unknown = 0;
+  for (int trial = 0; trial < 300; ++trial) {
+    const Image image = random_image(random);
+    kernels::PlaceQuery q{image.depth.data(), image.width, image.height, {}, {}};
+    for (int i = 0; i < 16; ++i) {
+      q.column[i] = static_cast<float>(random.uniform(-3, image.width + 3));
+      q.row[i] = static_cast<float>(random.uniform(-3, image.height + 3));
+    }
+    if (trial == 0) q.column[3] = std::numeric_limits<float>::quiet_NaN(), q.row[4] = 1e30f, q.column[5] = -1e30f;
+    for (const Kernels* table : test::all_kernels()) {
+      SCOPED_TRACE(table->name);
+      float means[16], first[16];
+      table->inverse_depths(q, means);
+      for (int i = 0; i < 16; ++i) {
+        double sum = 0;
+        bool all = true;
+        for (const auto& [du, dv] : {std::pair{0, 0}, {1, 0}, {-1, 0}, {0, 1}, {0, -1}}) {
+          // As the kernel steps, in single precision.
+          const float u = q.column[i] + static_cast<float>(du), v = q.row[i] + static_cast<float>(dv);
+          const double z = static_cast<double>(image.at(static_cast<double>(u), static_cast<double>(v)));
+          all = all && z > 0;
+          sum += 1 / z;
+        }
+        EXPECT_NEAR(static_cast<double>(means[i]), all ? 0.2 * sum : 0.0, 1e-6);
+        ++(all ? known : unknown);
+      }
+      test::bitwise_kernels().front()->inverse_depths(q, first);
+      if (std::strcmp(table->name, "scalar") == 0) continue;
+      EXPECT_TRUE(std::equal(first, first + 16, means));
+    }
+  }
+  EXPECT_GT(known, 1000);
+  EXPECT_GT(unknown, 1000);
 }
 
 // ---- outer_turns ---------------------------------------------------------------------------------------------------

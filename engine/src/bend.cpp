@@ -2,7 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <utility>
+
+#include "kernels.h"
 
 namespace handhold {
 namespace {
@@ -26,6 +29,10 @@ double inverse_depth(const DepthImage& image, double u, double v) {
   return 0.2 * sum;
 }
 
+/// Directions in the image; the opposite ones are looked at, too.
+constexpr std::size_t kWays = 4;
+constexpr float kWayColumn[kWays] = {1.0f, 0.0f, 0.7071f, 0.7071f}, kWayRow[kWays] = {0.0f, 1.0f, 0.7071f, -0.7071f};
+
 }  // namespace
 
 bool bends(const DepthImage& image, const Vector3& place, double reach) {
@@ -35,15 +42,27 @@ bool bends(const DepthImage& image, const Vector3& place, double reach) {
   const double here = inverse_depth(image, u, v);
   if (!(here > 0) || std::fabs(1 / here - p.depth) > kSame) return true;
   const double noise = kNoise * depth_noise(p.depth), per_metre = image.focal() / p.depth;
-  for (const double w : kBeside) {
-    const double height = std::max(kLeast, kShare * w * w / (2 * reach)) + noise;
-    const double least = 2 * height * here * here, step = w * per_metre;
+  // On a plane the inverse depth is linear in the pixels: its second differences tell of a bulge.
+  constexpr std::size_t kPairs = std::size(kBeside) * kWays;
+  kernels::PlaceQuery q{image.pixels(), image.width(), image.height(), {}, {}};
+  static_assert(2 * kPairs == std::size(q.column));
+  double most[std::size(kBeside)];
+  for (std::size_t i = 0; i < std::size(kBeside); ++i) {
+    const double w = kBeside[i], step = w * per_metre;
     if (step < 2) return true;
-    for (const auto& [du, dv] : {std::pair{1.0, 0.0}, {0.0, 1.0}, {0.7071, 0.7071}, {0.7071, -0.7071}}) {
-      const double a = inverse_depth(image, u + step * du, v + step * dv);
-      const double b = inverse_depth(image, u - step * du, v - step * dv);
-      if (2 * here - a - b > least) return true;
+    most[i] = 2 * (std::max(kLeast, kShare * w * w / (2 * reach)) + noise) * here * here;
+    for (std::size_t k = 0; k < kWays; ++k) {
+      const std::size_t at = i * kWays + k;
+      const float du = static_cast<float>(step) * kWayColumn[k], dv = static_cast<float>(step) * kWayRow[k];
+      q.column[at] = static_cast<float>(u) + du, q.row[at] = static_cast<float>(v) + dv;
+      q.column[kPairs + at] = static_cast<float>(u) - du, q.row[kPairs + at] = static_cast<float>(v) - dv;
     }
+  }
+  float beside[2 * kPairs];
+  kernels::kernels().inverse_depths(q, beside);
+  for (std::size_t at = 0; at < kPairs; ++at) {
+    if (2 * here - static_cast<double>(beside[at]) - static_cast<double>(beside[kPairs + at]) > most[at / kWays])
+      return true;
   }
   return false;
 }

@@ -41,7 +41,7 @@ bool of_bow(const Handle& bow, const Handle& piece) {
 /// Thin parts that bend, from the best affordances on; each becomes a group about its middle.
 void BowSearch::run(const std::vector<Affordance>& affordances, const DepthImage& image, Recycled<PartGroup>& groups,
                     Recycled<Bow>& bows, const Budget& budget) {
-  bows.clear();
+  groups.clear(), bows.clear();
   std::vector<std::uint32_t>& thin = thin_;
   thin.clear();
   for (std::uint32_t i = 0; i < affordances.size(); ++i) {
@@ -93,7 +93,7 @@ void BowSearch::run(const std::vector<Affordance>& affordances, const DepthImage
     group.straps = group.members.size();
     bows.next() = bow;
   }
-  for (std::size_t i = 0; i < bows.size(); ++i) groups[groups.size() - bows.size() + i].bow = &bows[i];
+  for (std::size_t i = 0; i < bows.size(); ++i) groups[i].bow = &bows[i];
 }
 
 }  // namespace handhold

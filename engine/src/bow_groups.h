@@ -12,8 +12,8 @@
 
 namespace handhold {
 
-/// Appends a group about the middle of each part that bends all along, traced from the best affordances on; `bows`
-/// holds what the groups point to. When the budget is spent the rest is left out.
+/// A group about the middle of each part that bends all along, traced from the best affordances on; `bows` holds what
+/// the groups point to. When the budget is spent the rest is left out.
 class BowSearch {
  public:
   void run(const std::vector<Affordance>& affordances, const DepthImage& image, Recycled<PartGroup>& groups,

@@ -30,8 +30,8 @@ bool of_scale(double ball, double radius, double slack) {
   return ball >= kSmallestBall * radius / slack && ball <= (kLargestBall * radius + kLargestBallOffset) * slack;
 }
 
-/// Whether the surface that the sensor sees goes on beside a cylinder, on one side: it is the rim of something, or one of
-/// its edges, and no finger gets around it there.
+/// Whether the surface that the sensor sees goes on beside a cylinder, on one side: it is the rim of something, or one
+/// of its edges, and no finger gets around it there.
 bool goes_on(const DepthImage& image, const Vector3& point, const Vector3& axis, double radius, double sigma) {
   const Vector3 to_sensor = image.viewpoint() - point;
   const Vector3 ahead = normalized(to_sensor - dot(to_sensor, axis) * axis, any_perpendicular(axis));
@@ -101,8 +101,8 @@ Step Search::judge(const Candidate& c, double ball, Scratch& s, Found& found) co
 
   const Vector3 center = c.position + cylinder.point;
   if (conditions_.ends && goes_on(*image_, center, cylinder.axis, cylinder.radius, sigma)) return Step::kNoGap;
-  const Grip grip = FingerTest(*options_, *image_, conditions_)
-                        .any(center, cylinder.axis, cylinder.radius, options_->finger_width);
+  const Grip grip =
+      FingerTest(*options_, *image_, conditions_).any(center, cylinder.axis, cylinder.radius, options_->finger_width);
   if (!grip.fits) return Step::kNoGap;
   Affordance& a = found.affordance = c.affordance;
   a.center = center;

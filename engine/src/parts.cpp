@@ -2,6 +2,7 @@
 
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
+#include <tbb/parallel_invoke.h>
 
 #include <algorithm>
 #include <atomic>
@@ -135,31 +136,46 @@ bool PartSearch::run(const std::vector<Affordance>& affordances, const TileStore
                      const Budget& budget) {
   std::atomic<bool> done{true};
   spares.take(handles);
-  make_groups(affordances, budget);
-  if (conditions_.bows) bow_search_.run(affordances, image, groups_, bows_, budget);
-  found_.resize(std::max(found_.size(), groups_.size()));
+  // Side by side: each takes one thread.
+  tbb::parallel_invoke([&] { make_groups(affordances, budget); },
+                       [&] {
+                         bow_groups_.clear();
+                         if (conditions_.bows) bow_search_.run(affordances, image, bow_groups_, bows_, budget);
+                       });
+  all_groups_.clear();
+  for (const PartGroup& group : groups_) all_groups_.push_back(&group);
+  for (const PartGroup& group : bow_groups_) all_groups_.push_back(&group);
+  found_.resize(std::max(found_.size(), all_groups_.size()));
   for (Recycled<PartCandidate>& found : found_) found.clear();
+  // The longest first, so that none of them is the last one to end.
+  first_.resize(all_groups_.size());
+  std::iota(first_.begin(), first_.end(), 0u);
+  std::sort(first_.begin(), first_.end(), [&](std::uint32_t a, std::uint32_t b) {
+    const double la = all_groups_[a]->high - all_groups_[a]->low, lb = all_groups_[b]->high - all_groups_[b]->low;
+    return la != lb ? la > lb : a < b;
+  });
   for (PartCheck& check : checks_) check.begin(*options_, tiles, index, image, conditions_);
   tbb::parallel_for(
-      tbb::blocked_range<std::size_t>(0, groups_.size(), 1),
+      tbb::blocked_range<std::size_t>(0, first_.size(), 1),
       [&](const auto& range) {
         bool exists = false;
         PartCheck& check = checks_.local(exists);
         if (!exists) check.begin(*options_, tiles, index, image, conditions_);
-        for (std::size_t g = range.begin(); g < range.end(); ++g) {
+        for (std::size_t i = range.begin(); i < range.end(); ++i) {
+          const std::uint32_t g = first_[i];
           if (budget.spent()) {
             done.store(false, std::memory_order_relaxed);
             return;
           }
-          check.run(groups_[g], affordances, found_[g]);
+          check.run(*all_groups_[g], affordances, found_[g]);
         }
       },
       tbb::simple_partitioner());
   std::vector<std::uint8_t>& fate = fate_;
   fate.assign(affordances.size(), kNotAligned);
   all_.clear();
-  for (std::size_t g = 0; g < groups_.size(); ++g) {
-    for (const std::uint32_t i : groups_[g].members) fate[i] = kUnconfirmed;
+  for (std::size_t g = 0; g < all_groups_.size(); ++g) {
+    for (const std::uint32_t i : all_groups_[g]->members) fate[i] = kUnconfirmed;
     for (const PartCandidate& candidate : found_[g]) all_.push_back(&candidate);
   }
   for (const PartCandidate* candidate : all_) {

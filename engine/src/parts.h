@@ -42,9 +42,11 @@ class PartSearch {
 
   const Options* options_;
   Conditions conditions_;
-  Recycled<PartGroup> groups_;
+  Recycled<PartGroup> groups_, bow_groups_;
   Recycled<Bow> bows_;
   BowSearch bow_search_;
+  std::vector<const PartGroup*> all_groups_;
+  std::vector<std::uint32_t> first_;            ///< groups in the order in which they are looked at
   std::vector<Recycled<PartCandidate>> found_;  ///< of each group
   std::vector<const PartCandidate*> all_;
   Recycled<PartCandidate> kept_;
