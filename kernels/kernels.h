@@ -144,6 +144,24 @@ struct CylinderEquations {
   float square;  ///< sum of squared distances from the surface
 };
 
+/// Sixteen cylinders, one per lane, each to be fitted to as many points of its own. Structure of arrays, metres; of an
+/// unused lane any finite numbers.
+struct CylinderTrials {
+  static constexpr int kPoints = 32;
+  /// Radii that a fit may pass through; a step that lowers the cost by less than this part of it is the last one.
+  static constexpr float kSmallest = 0.001f, kLargest = 0.2f, kLeastGain = 0.03f;
+
+  alignas(64) float points[kPoints][3][16];  ///< in; near the origin for the sake of single precision
+  float sigma[16];                           ///< in; > 0; distances beyond two of these weigh less
+  float towards[3][16];                      ///< in; the direction that turns are measured from, of any length
+  float point[3][16], axis[3][16];           ///< in: first guess; out: beside the points' mean, and unit
+  float radius[16];                          ///< in and out
+  float rms[16];                             ///< out; root mean square distance of the points from the surface
+  float least_turn[16], most_turn[16];       ///< out; of the points, as outer_turns defines them; a = `towards`
+  float arm;                                 ///< in; > 0; tilts are displacements at this distance along the axis
+  std::int32_t steps;                        ///< in; at most so many steps; 0: nothing is changed
+};
+
 // ---- Fingers ------------------------------------------------------------------------------------------------------
 
 /// A box of places beside a part, in the homogeneous coordinates of a depth image: column * depth, row * depth, depth
@@ -242,6 +260,9 @@ struct Kernels {
   /// are read and ignored).
   void (*cylinder)(const float* x, const float* y, const float* z, std::int32_t n, const CylinderQuery& query,
                    CylinderEquations& equations);
+
+  /// Levenberg and Marquardt's iteration on these equations in each lane; a lane ends by itself.
+  void (*try_cylinders)(CylinderTrials& trials);
 
   /// How many of each column's places (rows * layers) were seen to be empty: in the image, at least 20 mm before the
   /// camera, with a measured depth behind them. free: `columns` numbers, padded to a multiple of

@@ -8,8 +8,6 @@
 namespace handhold {
 namespace {
 
-/// Tilts are measured as the displacement at this distance along the axis (m), so that all unknowns are lengths.
-constexpr double kArm = 0.02;
 /// Radii that a fit may pass through (m).
 constexpr double kSmallest = 0.001, kLargest = 0.2;
 /// A step that lowers the cost by less than this part of it is the last one.
@@ -80,7 +78,7 @@ Evaluated evaluate(const PointArrays& points, const Cylinder& c, double sigma, d
     q.point[k] = static_cast<float>(c.point[k]), q.axis[k] = static_cast<float>(c.axis[k]);
     q.t1[k] = static_cast<float>(e.t1[k]), q.t2[k] = static_cast<float>(e.t2[k]);
   }
-  q.radius = static_cast<float>(c.radius), q.sigma = static_cast<float>(sigma), q.arm = static_cast<float>(kArm);
+  q.radius = static_cast<float>(c.radius), q.sigma = static_cast<float>(sigma), q.arm = static_cast<float>(kTiltArm);
   q.skip_above = static_cast<float>(skip_above);
   kernels::kernels().cylinder(points.x, points.y, points.z, static_cast<std::int32_t>(points.n), q, e.sums);
   return e;
@@ -108,7 +106,7 @@ double refine_cylinder(const PointArrays& points, double sigma, int steps, Cylin
       }
       Cylinder next;
       next.point = c.point + x[0] * here.t1 + x[1] * here.t2;
-      next.axis = normalized(c.axis + (x[2] / kArm) * here.t1 + (x[3] / kArm) * here.t2);
+      next.axis = normalized(c.axis + (x[2] / kTiltArm) * here.t1 + (x[3] / kTiltArm) * here.t2);
       next.radius = c.radius + x[4];
       if (next.radius > kSmallest && next.radius < kLargest) {
         // The next step's equations, if there will be one.
@@ -125,6 +123,11 @@ double refine_cylinder(const PointArrays& points, double sigma, int steps, Cylin
     if (!better || gain < kLeastGain) break;
   }
   return std::sqrt(static_cast<double>(here.sums.square) * inverse);
+}
+
+double turn_angle(float turn) {
+  const float cosine = 1 - std::fabs(turn);
+  return static_cast<double>(std::atan2(std::copysign(1 - std::fabs(cosine), turn), cosine));
 }
 
 double arc_of(const PointArrays& points, const Cylinder& c, const Vector3& towards) {
@@ -149,12 +152,8 @@ double arc_of(const PointArrays& points, const Cylinder& c, const Vector3& towar
   }
   float least[kernels::kTurns], most[kernels::kTurns];
   kernels::kernels().outer_turns(x, y, z, static_cast<std::int32_t>(n), q, least, most);
-  const auto angle = [](float turn) {
-    const float cosine = 1 - std::fabs(turn);
-    return std::atan2(std::copysign(1 - std::fabs(cosine), turn), cosine);
-  };
   const std::size_t low = n * 3 / 100, high = std::min(n - 1, n * 97 / 100);
-  return static_cast<double>(angle(most[n - 1 - high]) - angle(least[low]));
+  return turn_angle(most[n - 1 - high]) - turn_angle(least[low]);
 }
 
 }  // namespace handhold

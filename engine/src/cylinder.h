@@ -34,6 +34,13 @@ struct PointArrays {
 /// square distance of the points.
 double refine_cylinder(const PointArrays& points, double sigma, int steps, Cylinder& cylinder);
 
+/// Tilts of a cylinder in a fit are its displacement at this distance along the axis (m), so that all unknowns are
+/// lengths.
+inline constexpr double kTiltArm = 0.02;
+
+/// The angle (rad) of a turn, kernels::TurnQuery.
+double turn_angle(float turn);
+
 /// Angle (rad) about the axis within which the points lie as seen from it, without the outermost 3 % on either side;
 /// measured about the direction `towards`.
 double arc_of(const PointArrays& points, const Cylinder& cylinder, const Vector3& towards);

@@ -20,7 +20,7 @@ constexpr int kSteps = 8;
 /// The noise of a cylinder through so many points is below what the sensor and the shape are wrong by.
 constexpr std::size_t kMostFitted = 64;
 /// Of more than kMostTried points, kTried are looked at first, with verdicts that leave room for their noise.
-constexpr std::size_t kTried = 32, kMostTried = 80;
+constexpr std::size_t kTried = kernels::CylinderTrials::kPoints, kMostTried = 80;
 constexpr int kTrialSteps = 3;
 constexpr double kTrialSlack = 1.2;
 /// Of the quality of a strap that was found by its outline: fitted cylinders come first.
@@ -43,15 +43,16 @@ bool goes_on(const DepthImage& image, const Vector3& point, const Vector3& axis,
   return surface(side) || surface(-1.0 * side);
 }
 
-/// At most `most` of the points, evenly in their order; the same arrays when there are no more.
-PointArrays some_of(const PointArrays& points, std::size_t most, AlignedArray<float>* xyz) {
-  if (points.n <= most) return points;
-  for (std::size_t k = 0; k < 3; ++k) xyz[k].require(most + 16);
-  for (std::size_t i = 0; i < most; ++i) {
-    const std::size_t from = i * points.n / most;
-    xyz[0][i] = points.x[from], xyz[1][i] = points.y[from], xyz[2][i] = points.z[from];
+/// Copies at most `most` of the points, evenly in their order, to x, y and z one after the other.
+PointArrays some_of(const PointArrays& points, std::size_t most, AlignedArray<float>& xyz) {
+  const std::size_t n = std::min(points.n, most), row = most + 16;
+  xyz.require(3 * row);
+  float *x = xyz.data(), *y = x + row, *z = y + row;
+  for (std::size_t i = 0; i < n; ++i) {
+    const std::size_t from = points.n <= most ? i : i * points.n / most;
+    x[i] = points.x[from], y[i] = points.y[from], z[i] = points.z[from];
   }
-  return {xyz[0].data(), xyz[1].data(), xyz[2].data(), most};
+  return {x, y, z, n};
 }
 
 }  // namespace
@@ -68,10 +69,14 @@ Step Search::refuse(const Vector3& position, double ball, double rms, double sig
   return Step::kAffordance;
 }
 
-Step Search::judge(const Candidate& c, double ball, Scratch& s, Found& found) const {
+/// Looks at a candidate of a ball: its verdict comes at once, or with the trials.
+void Search::judge(const Candidate& c, double ball, Scratch& s) const {
+  Step& step = s.reached[c.entry];
   const Vector3 to_sensor = image_->viewpoint() - c.position;
-  if (conditions_.convex && !(dot(c.position - c.affordance.center, to_sensor) > 0)) return Step::kConcave;
-  if (!of_scale(ball, c.affordance.radius, 1.5)) return Step::kPoorFit;
+  step = Step::kConcave;
+  if (conditions_.convex && !(dot(c.position - c.affordance.center, to_sensor) > 0)) return;
+  step = Step::kPoorFit;
+  if (!of_scale(ball, c.affordance.radius, 1.5)) return;
 
   const float sample[3] = {static_cast<float>(c.position[0]), static_cast<float>(c.position[1]),
                            static_cast<float>(c.position[2])};
@@ -82,17 +87,87 @@ Step Search::judge(const Candidate& c, double ball, Scratch& s, Found& found) co
   const int n = kernels::kernels().collect(near.layer.tiles->view(), blocks, sample, static_cast<float>(ball), nullptr,
                                            s.x.data(), s.y.data(), s.z.data());
   const PointArrays all{s.x.data(), s.y.data(), s.z.data(), static_cast<std::size_t>(n)};
-  const double sigma = depth_noise(norm(to_sensor));
-  Cylinder cylinder{c.affordance.center - c.position, c.affordance.axis, c.affordance.radius};
-  // Most candidates are none, and some of the points are enough to see it.
-  if (all.n > kMostTried) {
-    const PointArrays few = some_of(all, kTried, s.few);
-    const double rms = refine_cylinder(few, sigma, conditions_.refine ? kTrialSteps : 0, cylinder);
-    const Step step = refuse(c.position, ball, rms, sigma, kTrialSlack, cylinder);
-    if (step != Step::kAffordance) return step;
-    if (conditions_.least_arc && kTrialSlack * arc_of(few, cylinder, to_sensor) < kLeastArc) return Step::kPoorFit;
+  const Cylinder cylinder{c.affordance.center - c.position, c.affordance.axis, c.affordance.radius};
+  Trials& t = s.trials;
+  const PointArrays points = some_of(all, kMostFitted, t.xyz[t.n]);
+  if (all.n <= kMostTried) {
+    settle(c, ball, points, cylinder, s);
+    return;
   }
-  const PointArrays points = some_of(all, kMostFitted, s.few);
+  // Most candidates are none, and some of the points are enough to see it.
+  const std::size_t lane = t.n++;
+  t.candidate[lane] = &c, t.points[lane] = points.n;
+  for (std::size_t i = 0; i < kTried; ++i) {
+    const std::size_t from = i * all.n / kTried;
+    t.batch.points[i][0][lane] = all.x[from], t.batch.points[i][1][lane] = all.y[from];
+    t.batch.points[i][2][lane] = all.z[from];
+  }
+  for (std::size_t k = 0; k < 3; ++k) {
+    t.batch.point[k][lane] = static_cast<float>(cylinder.point[k]);
+    t.batch.axis[k][lane] = static_cast<float>(cylinder.axis[k]);
+    t.batch.towards[k][lane] = static_cast<float>(to_sensor[k]);
+  }
+  t.batch.radius[lane] = static_cast<float>(cylinder.radius);
+  t.batch.sigma[lane] = static_cast<float>(depth_noise(norm(to_sensor)));
+  if (t.n == Trials::kLanes) run_trials(ball, s);
+}
+
+/// Fits the cylinders of the trials, and those that pass once more to more points.
+void Search::run_trials(double ball, Scratch& s) const {
+  Trials& t = s.trials;
+  if (t.n == 0) return;
+  // An unused lane has the points of the first.
+  for (std::size_t lane = t.n; lane < Trials::kLanes; ++lane) {
+    for (auto& point : t.batch.points)
+      for (auto& row : point) row[lane] = row[0];
+    for (std::size_t k = 0; k < 3; ++k) {
+      t.batch.point[k][lane] = t.batch.point[k][0], t.batch.axis[k][lane] = t.batch.axis[k][0];
+      t.batch.towards[k][lane] = t.batch.towards[k][0];
+    }
+    t.batch.radius[lane] = t.batch.radius[0], t.batch.sigma[lane] = t.batch.sigma[0];
+  }
+  t.batch.arm = static_cast<float>(kTiltArm);
+  t.batch.steps = conditions_.refine ? kTrialSteps : 0;
+  kernels::kernels().try_cylinders(t.batch);
+  for (std::size_t lane = 0; lane < t.n; ++lane) {
+    const Candidate& c = *t.candidate[lane];
+    Cylinder cylinder;
+    for (std::size_t k = 0; k < 3; ++k) {
+      cylinder.point[k] = static_cast<double>(t.batch.point[k][lane]);
+      cylinder.axis[k] = static_cast<double>(t.batch.axis[k][lane]);
+    }
+    cylinder.axis = normalized(cylinder.axis);
+    cylinder.radius = static_cast<double>(t.batch.radius[lane]);
+    Step& step = s.reached[c.entry];
+    step = refuse(c.position, ball, static_cast<double>(t.batch.rms[lane]), static_cast<double>(t.batch.sigma[lane]),
+                  kTrialSlack, cylinder);
+    if (step != Step::kAffordance) continue;
+    const double arc = turn_angle(t.batch.most_turn[lane]) - turn_angle(t.batch.least_turn[lane]);
+    if (conditions_.least_arc && kTrialSlack * arc < kLeastArc) {
+      step = Step::kPoorFit;
+      continue;
+    }
+    const std::size_t row = kMostFitted + 16;
+    const float* x = t.xyz[lane].data();
+    settle(c, ball, {x, x + row, x + 2 * row, t.points[lane]}, cylinder, s);
+  }
+  t.n = 0;
+}
+
+/// The verdict on a candidate, from its points.
+void Search::settle(const Candidate& c, double ball, const PointArrays& points, const Cylinder& cylinder,
+                    Scratch& s) const {
+  Found found;
+  s.reached[c.entry] = fit_cylinder(c, ball, points, cylinder, found);
+  if (s.reached[c.entry] != Step::kAffordance) return;
+  s.found.push_back(found);
+  s.quality[c.entry] = found.affordance.quality;
+}
+
+Step Search::fit_cylinder(const Candidate& c, double ball, const PointArrays& points, Cylinder cylinder,
+                          Found& found) const {
+  const Vector3 to_sensor = image_->viewpoint() - c.position;
+  const double sigma = depth_noise(norm(to_sensor));
   const double rms = refine_cylinder(points, sigma, conditions_.refine ? kSteps : 0, cylinder);
   const Step step = refuse(c.position, ball, rms, sigma, 1, cylinder);
   if (step != Step::kAffordance) return step;
@@ -119,15 +194,12 @@ Step Search::judge(const Candidate& c, double ball, Scratch& s, Found& found) co
 }
 
 bool Search::find_cylinders(double radius, Scratch& s) const {
+  s.trials.n = 0;
   for (const Candidate& c : s.candidates) {
     if (budget_.spent()) return false;
-    Found found;
-    Step& step = s.reached[c.entry];
-    step = judge(c, radius, s, found);
-    if (step != Step::kAffordance) continue;
-    s.found.push_back(found);
-    s.quality[c.entry] = found.affordance.quality;
+    judge(c, radius, s);
   }
+  run_trials(radius, s);
   return true;
 }
 

@@ -82,6 +82,15 @@ class Search {
     Affordance affordance;
     double residual, scale;
   };
+  /// Candidates whose cylinders are tried at once, with points enough for the fit of those that pass.
+  struct Trials {
+    static constexpr std::size_t kLanes = 16;
+    kernels::CylinderTrials batch;
+    std::array<const Candidate*, kLanes> candidate;
+    std::array<AlignedArray<float>, kLanes> xyz;  ///< x, y and z, one after the other
+    std::array<std::size_t, kLanes> points;
+    std::size_t n = 0;
+  };
   struct Scratch {
     std::array<Near, kGroupsPerTask> near;
     CandidateList shells;
@@ -99,7 +108,7 @@ class Search {
     std::vector<Vector3> axis;          ///< by position in `whole`, when the axis is not the quadric's
     std::vector<Candidate> candidates;
     AlignedArray<float> x, y, z;
-    AlignedArray<float> few[3];  ///< x, y, z of some of these points
+    Trials trials;
     std::vector<Found> found;
     StepSeconds seconds;
   };
@@ -116,7 +125,12 @@ class Search {
   bool find_cylinders(double radius, Scratch& s) const;
   Step refuse(const Vector3& position, double ball, double rms, double sigma, double slack, Cylinder& cylinder) const;
   bool find_strap(std::uint32_t at, Found& found) const;
-  Step judge(const Candidate& candidate, double radius, Scratch& s, Found& found) const;
+  void judge(const Candidate& candidate, double radius, Scratch& s) const;
+  void run_trials(double radius, Scratch& s) const;
+  Step fit_cylinder(const Candidate& candidate, double radius, const PointArrays& points, Cylinder cylinder,
+                    Found& found) const;
+  void settle(const Candidate& candidate, double radius, const PointArrays& points, const Cylinder& cylinder,
+              Scratch& s) const;
 
   const Options* options_;
   Conditions conditions_;
