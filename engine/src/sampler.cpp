@@ -244,11 +244,28 @@ Sampler::Draw Sampler::draw(int round, int sample, int attempt) const {
   return draw_of(some, 0);
 }
 
+/// Whether a draw is so much nearer to a centre beside its own that no rounding can matter: of g_max most are.
+bool Sampler::surely_loses(const Some& some, int i) const {
+  if (options_->strategy == Strategy::kSum) return false;
+  const std::size_t at = entry_of_[some.centre[i]], n = entries_.size();
+  const auto sigma = static_cast<float>(options_->effective_proposal_sigma());
+  float place[3], d2 = 0;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const float step = sigma * some.normal[k * kDraws + static_cast<std::size_t>(i)];
+    place[k] = rough_[k][at] + step, d2 += step * step;
+  }
+  const float limit = d2 - 8 * std::sqrt(d2) * static_cast<float>(slack_);
+  const std::size_t from = at < kBeside ? 0 : at - kBeside, to = std::min(n, at + kBeside);
+  return kernels::kernels().any_nearer(rough_[0].data() + from, rough_[1].data() + from, rough_[2].data() + from,
+                                       static_cast<std::int32_t>(to - from), place, limit);
+}
+
 /// The next draw of a sample that is accepted, from this attempt on; false: there is none.
 bool Sampler::next(int round, int sample, int attempt, Proposal& proposal) const {
   Some some;
   for (int first = attempt; attempt < kTries; ++attempt) {
     if ((attempt - first) % kDraws == 0) draw_some(round, sample, attempt, some);
+    if (surely_loses(some, (attempt - first) % kDraws)) continue;
     const Draw d = draw_of(some, (attempt - first) % kDraws);
     if (!d.accepted) continue;
     const double size = kCellSigmas * options_->effective_proposal_sigma();

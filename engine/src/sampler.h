@@ -61,6 +61,7 @@ class Sampler {
   };
   void draw_some(int round, int sample, int attempt, Some& some) const;
   Draw draw_of(const Some& some, int i) const;
+  bool surely_loses(const Some& some, int i) const;
   bool is_nearest(std::size_t centre, const Vector3& position) const;
   bool in_workspace(const float* p) const;
 
