@@ -77,6 +77,7 @@ std::vector<Case> all_cases(const Options& standard, const Usual& usual) {
   without("hollows too", &C::convex);
   without("groups not refitted", &C::refit);
   without("refit not filtered by normals", &C::filter_normals);
+  without("affordances where the surface goes on", &C::ends);
   without("no straps by their outline", &C::straps);
   without("bends not followed", &C::bows);
   without("no evidence from the outline", &C::outline);

@@ -48,6 +48,7 @@ TEST(Conditions, EachOneOffChangesWhatIsFound) {
                                                              {"refine", &C::refine},
                                                              {"least_arc", &C::least_arc},
                                                              {"convex", &C::convex},
+                                                             {"ends", &C::ends},
                                                              {"straps", &C::straps},
                                                              {"outline", &C::outline},
                                                              {"refit", &C::refit},

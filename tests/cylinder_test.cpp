@@ -9,6 +9,7 @@
 
 #include "kernels.h"
 #include "test_clouds.h"
+#include "test_tiles.h"
 
 namespace handhold {
 namespace {
@@ -148,6 +149,140 @@ TEST(RefineCylinder, NoFewOrUselessPointsDoNoHarm) {
     EXPECT_TRUE(std::isfinite(c.radius) && std::isfinite(norm(c.point)));
     EXPECT_NEAR(norm(c.axis), 1, 1e-9);
     EXPECT_GE(arc_of(arrays.view(), c, {1, 0, 0}), 0);
+  }
+}
+
+// ---- Sixteen at a time ---------------------------------------------------------------------------------------------
+
+using Trials = kernels::CylinderTrials;
+
+/// What is fitted in one lane.
+struct Trial {
+  FloatPoints points;
+  Cylinder guess;
+};
+
+Trials batch_of(const std::vector<Trial>& trials, int steps) {
+  Trials t{};
+  for (std::size_t lane = 0; lane < 16; ++lane) {
+    const Trial& trial = trials[lane];
+    for (int i = 0; i < Trials::kPoints; ++i)
+      for (int k = 0; k < 3; ++k) t.points[i][k][lane] = trial.points[static_cast<std::size_t>(i)][k];
+    for (std::size_t k = 0; k < 3; ++k) {
+      t.point[k][lane] = static_cast<float>(trial.guess.point[k]);
+      t.axis[k][lane] = static_cast<float>(trial.guess.axis[k]);
+    }
+    t.towards[0][lane] = 1;
+    t.radius[lane] = static_cast<float>(trial.guess.radius);
+    t.sigma[lane] = 0.001f;
+  }
+  t.arm = static_cast<float>(kTiltArm), t.steps = steps;
+  return t;
+}
+Cylinder cylinder_of(const Trials& t, std::size_t lane) {
+  Cylinder c;
+  for (std::size_t k = 0; k < 3; ++k) {
+    c.point[k] = static_cast<double>(t.point[k][lane]), c.axis[k] = static_cast<double>(t.axis[k][lane]);
+  }
+  c.radius = static_cast<double>(t.radius[lane]);
+  return c;
+}
+double distance(const Cylinder& a, const Cylinder& b) {
+  const Vector3 d = a.across(b.point);
+  return norm(d) + std::fabs(a.radius - b.radius) + kTiltArm * norm(cross(a.axis, b.axis));
+}
+
+/// Patches as a camera sees them, each with a guess that is wrong by as much as a neighbourhood's circle is.
+std::vector<Trial> random_trials(Random& random, double noise) {
+  std::vector<Trial> trials;
+  for (int lane = 0; lane < 16; ++lane) {
+    const double radius = random.uniform(0.006, 0.04);
+    Trial trial;
+    trial.points = test::cylinder(random, Trials::kPoints, radius, random.uniform(0.02, 0.06), noise, 2.5);
+    trial.guess.point = {0.1 * radius, -0.15 * radius, 0.004};
+    trial.guess.axis = normalized({random.uniform(-0.2, 0.2), random.uniform(-0.2, 0.2), 1});
+    trial.guess.radius = radius * random.uniform(0.75, 1.3);
+    trials.push_back(trial);
+  }
+  return trials;
+}
+
+TEST(CylinderTrials, AgreeWithTheFitInDoublePrecision) {
+  Random random(305);
+  int all = 0, same = 0;
+  for (int round = 0; round < 20; ++round) {
+    const std::vector<Trial> trials = random_trials(random, 0.0004 * (round % 4));
+    for (const int steps : {0, 1, 3, 8}) {
+      for (const kernels::Kernels* table : test::all_kernels()) {
+        SCOPED_TRACE(std::string(table->name) + ", " + std::to_string(steps) + " steps");
+        Trials t = batch_of(trials, steps);
+        table->try_cylinders(t);
+        for (std::size_t lane = 0; lane < 16; ++lane) {
+          const Arrays arrays(trials[lane].points);
+          Cylinder plain = trials[lane].guess;
+          const double rms = refine_cylinder(arrays.view(), 0.001, steps, plain);
+          const Cylinder c = cylinder_of(t, lane);
+          EXPECT_NEAR(norm(c.axis), 1, 1e-5);
+          ++all, same += distance(c, plain) < 2e-5;
+          // Where rounding took another step the fit is as good.
+          EXPECT_LT(static_cast<double>(t.rms[lane]), 1.1 * rms + 2e-5);
+          const double arc = turn_angle(t.most_turn[lane]) - turn_angle(t.least_turn[lane]);
+          EXPECT_NEAR(arc, arc_of(arrays.view(), c, {1, 0, 0}), 1e-3);
+        }
+      }
+    }
+  }
+  EXPECT_GT(same, all * 98 / 100);
+}
+
+TEST(CylinderTrials, HaveTheSameBitsWhateverTheInstructionSetAndTheOtherLanes) {
+  Random random(306);
+  const std::vector<Trial> trials = random_trials(random, 0.0005);
+  Trials first = batch_of(trials, 3);
+  test::bitwise_kernels().front()->try_cylinders(first);
+  for (const kernels::Kernels* table : test::bitwise_kernels()) {
+    for (std::size_t shift = 0; shift < 16; ++shift) {
+      std::vector<Trial> turned;
+      for (std::size_t lane = 0; lane < 16; ++lane) turned.push_back(trials[(lane + shift) % 16]);
+      Trials t = batch_of(turned, 3);
+      table->try_cylinders(t);
+      for (std::size_t lane = 0; lane < 16; ++lane) {
+        const std::size_t of = (lane + shift) % 16;
+        EXPECT_EQ(t.radius[lane], first.radius[of]) << table->name;
+        EXPECT_EQ(t.rms[lane], first.rms[of]) << table->name;
+        EXPECT_EQ(t.most_turn[lane], first.most_turn[of]) << table->name;
+        for (std::size_t k = 0; k < 3; ++k) EXPECT_EQ(t.axis[k][lane], first.axis[k][of]) << table->name;
+      }
+    }
+  }
+}
+
+TEST(CylinderTrials, UselessPointsDoNoHarmToOtherLanes) {
+  Random random(307);
+  const std::vector<Trial> good = random_trials(random, 0.0003);
+  const auto n = static_cast<std::size_t>(Trials::kPoints);
+  std::vector<Trial> trials = good;
+  trials[0].points = FloatPoints(n, {0.01f, 0.01f, 0.01f});
+  trials[1].points = test::plane(random, Trials::kPoints, 0.05, 0);
+  trials[2].points = FloatPoints(n, {0, 0, 0});
+  trials[3].points = FloatPoints(n, {1e6f, 1e6f, -1e6f});
+  trials[4].points = test::line(random, Trials::kPoints, 0.05);
+  trials[5].points[7] = {test::kNan, 0, 0};
+  trials[6].points = FloatPoints(n, {0, 0, 0.01f}), trials[6].guess = {{0, 0, 0}, {0, 0, 1}, 0.02};
+  for (const kernels::Kernels* table : test::all_kernels()) {
+    SCOPED_TRACE(table->name);
+    Trials t = batch_of(trials, 3), clean = batch_of(good, 3);
+    table->try_cylinders(t), table->try_cylinders(clean);
+    for (std::size_t lane = 0; lane < 16; ++lane) {
+      const Cylinder c = cylinder_of(t, lane);
+      if (lane == 5) continue;  // NaN in, NaN out
+      EXPECT_TRUE(std::isfinite(c.radius) && std::isfinite(norm(c.point))) << lane;
+      EXPECT_NEAR(norm(c.axis), 1, 1e-5) << lane;
+      EXPECT_FALSE(std::isnan(t.rms[lane])) << lane;
+      if (lane > 6) {
+        EXPECT_EQ(t.radius[lane], clean.radius[lane]);
+      }
+    }
   }
 }
 

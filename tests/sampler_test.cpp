@@ -68,8 +68,9 @@ double excess_chi_square(const std::vector<int>& counts) {
 
 // ---- Rounds --------------------------------------------------------------------------------------------------------
 
-std::vector<int> rounds(int samples, Strategy strategy) {
-  Options options = test::paper_options();
+std::vector<int> rounds(int samples, Strategy strategy, Method method = Method::kPaper) {
+  Options options;
+  options.method = method;
   options.samples = samples, options.strategy = strategy;
   return Sampler::rounds(options);
 }
@@ -92,12 +93,19 @@ TEST(SamplerRounds, HaveThePapersSizes) {
   EXPECT_EQ(rounds(5000, Strategy::kUniform), (std::vector<int>{5000}));
 }
 
+TEST(SamplerRounds, AreFewerByTheDefaultMethod) {
+  EXPECT_EQ(rounds(5000, Strategy::kMax, Method::kDefault),
+            (std::vector<int>{2000, 428, 428, 428, 428, 428, 428, 432}));
+}
+
 TEST(SamplerRounds, AddUpToTheSamples) {
   for (const Strategy strategy : {Strategy::kUniform, Strategy::kSum, Strategy::kMax}) {
     for (int n : {1, 2, 3, 4, 5, 7, 10, 19, 20, 21, 199, 1999, 2000, 2001, 2002, 4999, 5003, 123'457, 10'000'000}) {
-      const std::vector<int> sizes = rounds(n, strategy);
-      EXPECT_EQ(std::accumulate(sizes.begin(), sizes.end(), 0), n);
-      EXPECT_GT(*std::min_element(sizes.begin(), sizes.end()), 0) << n;
+      for (const Method method : {Method::kPaper, Method::kDefault}) {
+        const std::vector<int> sizes = rounds(n, strategy, method);
+        EXPECT_EQ(std::accumulate(sizes.begin(), sizes.end(), 0), n);
+        EXPECT_GT(*std::min_element(sizes.begin(), sizes.end()), 0) << n;
+      }
     }
   }
 }

@@ -22,7 +22,7 @@ class Sampler {
   explicit Sampler(const Options& options);
 
   /// Samples of each round: one round for uniform sampling; otherwise half of the samples (0.4 of more than 2000) and
-  /// ten equal rounds, the last one with the remainder.
+  /// ten equal rounds (by the default method: seven), the last one with the remainder.
   static std::vector<int> rounds(const Options& options);
 
   /// Takes the points of a frame. With a workspace, only points inside are drawn; with an image, uniform draws pass
