@@ -112,10 +112,12 @@ int run(int argc, char** argv) {
   CLI::App app{"Fits the confidence of handles to scenes that 'handhold simulate' made"};
   std::vector<std::string> folders;
   std::string check, csv, write;
+  int seeds = 1;
   boosting::Settings settings;
   settings.falling_feature = kUnfreeFeature;
   app.add_option("FOLDER", folders, "Folders with NAME.pcd and truth.json")->required();
   app.add_option("--check", check, "Another folder, to judge the fit on");
+  app.add_option("--seeds", seeds, "Searches of each scene, with seeds from 1 on")->check(CLI::PositiveNumber);
   app.add_option("--trees", settings.trees, "How many trees")->check(CLI::PositiveNumber);
   app.add_option("--rate", settings.rate, "Share of each tree's step that is taken, 0 to 1")
       ->check(CLI::Range(1e-3, 1.0));
@@ -126,10 +128,14 @@ int run(int argc, char** argv) {
   Options options;
   options.min_confidence = 0;
   std::vector<Example> examples;
-  for (const std::string& folder : folders) {
-    const std::vector<Example> more = examples_of(folder, options);
-    examples.insert(examples.end(), more.begin(), more.end());
+  for (int seed = 1; seed <= seeds; ++seed) {
+    options.seed = static_cast<std::uint64_t>(seed);
+    for (const std::string& folder : folders) {
+      const std::vector<Example> more = examples_of(folder, options);
+      examples.insert(examples.end(), more.begin(), more.end());
+    }
   }
+  options.seed = 1;
   if (!csv.empty()) {
     AtomicFile file(csv);
     char number[32];
