@@ -229,6 +229,8 @@ TEST_F(DepthStream, WhatIsNoRecordingIsOneLine) {
   expect_line({"text.oni"}, 1, {"'text.oni'", "no OpenNI recording"});
   folder_.write("empty.oni", "");
   expect_line({"empty.oni"}, 1, {"'empty.oni'", "no OpenNI recording"});
+  folder_.write("head.oni", oni_file(recording_).substr(0, 20));
+  expect_line({"head.oni"}, 1, {"'head.oni'", "damaged"});
   folder_.write("cut.oni", oni_file(recording_).substr(0, 200));
   expect_line({"cut.oni"}, 1, {"'cut.oni'", "cannot be opened"});
   folder_.write("film.oni", oni_file(recording_));
@@ -239,6 +241,21 @@ TEST_F(DepthStream, WhatIsNoRecordingIsOneLine) {
   recording_.depth = false;
   folder_.write("infrared.oni", oni_file(recording_));
   expect_line({"infrared.oni"}, 1, {"'infrared.oni'", "no depth stream"});
+}
+
+TEST_F(DepthStream, ARecordingWithWrongSizesIsRefused) {
+  // The first record's header: magic, type, node, bytes with its fields, bytes of its payload; 4 bytes each.
+  for (const std::size_t at : {24, 28, 32, 36, 40}) {
+    std::string bytes = oni_file(recording_);
+    bytes.replace(at, 4, "\xff\xff\xff\x7f");
+    folder_.write("film.oni", bytes);
+    expect_line({"film.oni"}, 1, {"'film.oni' is damaged", "record at byte 24"});
+  }
+  // The size of its name.
+  std::string bytes = oni_file(recording_);
+  bytes.replace(52, 4, "\x00\x01\x00\x00", 4);
+  folder_.write("film.oni", bytes);
+  expect_line({"film.oni"}, 1, {"'film.oni' is damaged", "record at byte 24"});
 }
 
 TEST_F(DepthStream, WithoutADeviceThereIsOneLine) {

@@ -5,17 +5,16 @@
 
 #include <algorithm>
 #include <atomic>
-#include <cerrno>
 #include <cmath>
 #include <cstdint>
 #include <cstring>
-#include <fstream>
 #include <stdexcept>
 #include <utility>
 #include <vector>
 
 #include "handhold/io.h"
 #include "interrupt.h"
+#include "oni_structure.h"
 
 namespace handhold::stream {
 namespace {
@@ -26,7 +25,7 @@ namespace oni = openni;
 /// which OpenNI2 keeps one. So the wait is long, and ends early only where a recording is cut off.
 constexpr int kRecordingWaitMs = 1000;
 constexpr int kDeviceWaitMs = 100;
-/// No frame for so long: none will come.
+/// No frame for so long: none will come, from a device that hangs or a file that is damaged.
 constexpr int kSilenceMs = 5000;
 
 /// OpenNI2's last message in one line, in brackets; nothing when it has none.
@@ -88,6 +87,24 @@ class Events : private oni::OpenNI::DeviceStateChangedListener, private oni::Ope
   std::atomic<bool> at_end_{false}, unplugged_{false};
 };
 
+/// A device that is open, and its depth.
+struct Session {
+  Library library;  ///< first: it outlives the others
+  oni::Device device;
+  oni::VideoStream depth;
+};
+
+/// OpenNI2's player of recordings stays, stopped, until the program ends: its thread looks at the list of streams
+/// without a lock while they are removed, and when it starts only after it was told to end, it runs on in memory that
+/// is gone.
+struct CloseSession {
+  void operator()(Session* session) const {
+    const bool recording = session->device.isValid() && session->device.isFile();
+    session->depth.stop();
+    if (!recording) delete session;
+  }
+};
+
 /// The frame's pixels as they would be without a mirror, and the camera that belongs to them.
 Cloud cloud_of(const oni::VideoFrameRef& frame, double h_fov, double v_fov, bool mirrored, double unit_m) {
   const int width = frame.getWidth(), height = frame.getHeight();
@@ -111,22 +128,24 @@ Cloud cloud_of(const oni::VideoFrameRef& frame, double h_fov, double v_fov, bool
 class OpenNi2Source : public FrameSource {
  public:
   /// `uri`: what OpenNI2 opens, null: any device. `name`: what the user calls it.
-  OpenNi2Source(const char* uri, const std::string& name) : name_(name) {
-    if (device_.open(uri) != oni::STATUS_OK) throw std::runtime_error(why_not_opened(uri));
-    const std::string opened = device_.getDeviceInfo().getUri();
+  OpenNi2Source(const char* uri, const std::string& name, const std::optional<OniStructure>& recording)
+      : recording_(recording), session_(new Session), name_(name) {
+    oni::Device& device = session_->device;
+    if (device.open(uri) != oni::STATUS_OK) throw std::runtime_error(why_not_opened(uri));
+    live_ = !device.isFile();
+    const std::string opened = device.getDeviceInfo().getUri();
     if (name_.empty()) name_ = opened;
     events_ = std::make_unique<Events>(opened);
-    if (!device_.getSensorInfo(oni::SENSOR_DEPTH)) {
+    if (!device.getSensorInfo(oni::SENSOR_DEPTH)) {
       throw std::runtime_error("'" + name_ + "' has no depth stream; one is needed");
     }
-    if (depth_.create(device_, oni::SENSOR_DEPTH) != oni::STATUS_OK) {
+    if (depth_.create(device, oni::SENSOR_DEPTH) != oni::STATUS_OK) {
       throw std::runtime_error("the depth stream of '" + name_ + "' cannot be opened" + reason());
     }
-    live_ = !device_.isFile();
     if (live_) {
-      depth_.setMirroringEnabled(false);  // one that cannot is mirrored back
+      depth_.setMirroringEnabled(false);  // what one that cannot gives is turned back
     } else {
-      play_on_demand();
+      play_on_demand(device);
     }
     check_camera();
     if (depth_.start() != oni::STATUS_OK) {
@@ -136,6 +155,9 @@ class OpenNi2Source : public FrameSource {
 
   std::optional<Frame> next() override {
     if (size_ && received_ == *size_) return std::nullopt;
+    if (recording_ && !recording_->complete && received_ == recording_->depth_frames) {
+      throw std::runtime_error(why_silent());
+    }
     if (!wait()) return std::nullopt;
     oni::VideoFrameRef frame;
     if (depth_.readFrame(&frame) != oni::STATUS_OK || !frame.isValid()) {
@@ -159,27 +181,25 @@ class OpenNi2Source : public FrameSource {
   bool live() const override { return live_; }
 
  private:
-  static std::string why_not_opened(const char* uri) {
+  std::string why_not_opened(const char* uri) const {
+    const std::string why = reason();
+    if (recording_) return "the recording '" + name_ + "' cannot be opened" + why + "; it is truncated or damaged";
+    if (uri) return "the device '" + name_ + "' cannot be opened" + why + "; is it connected?";
     oni::Array<oni::DeviceInfo> devices;
     oni::OpenNI::enumerateDevices(&devices);
-    const std::string why = reason();
-    if (!uri && devices.getSize() == 0) {
-      return "OpenNI2 finds no device; connect one, or give a recording (.oni)";
-    }
-    return "'" + std::string(uri ? uri : devices[0].getUri()) + "' cannot be opened" + why +
-           "; is it connected, or a whole recording?";
+    if (devices.getSize() == 0) return "OpenNI2 finds no device; connect one, or give a recording (.oni)";
+    return "the device '" + std::string(devices[0].getUri()) + "' cannot be opened" + why;
   }
 
   /// Each frame when it is asked for, and each once.
-  void play_on_demand() {
-    oni::PlaybackControl* playback = device_.getPlaybackControl();
+  void play_on_demand(oni::Device& device) {
+    oni::PlaybackControl* playback = device.getPlaybackControl();
     if (!playback || playback->setRepeatEnabled(false) != oni::STATUS_OK || playback->setSpeed(-1) != oni::STATUS_OK) {
       throw std::runtime_error("'" + name_ + "' cannot be played" + reason());
     }
     const int frames = playback->getNumberOfFrames(depth_);
-    if (frames == 0) throw std::runtime_error("'" + name_ + "' holds no depth frame");
     // A recorder that was killed left -1.
-    if (frames > 0) size_ = static_cast<std::size_t>(frames);
+    if (frames >= 0) size_ = static_cast<std::size_t>(frames);
   }
 
   void check_camera() const {
@@ -221,40 +241,29 @@ class OpenNi2Source : public FrameSource {
            (size_ ? " of " + std::to_string(*size_) : std::string()) + " frames; it is truncated or damaged";
   }
 
-  std::string name_;
-  Library library_;
-  oni::Device device_;
+  std::optional<OniStructure> recording_;  ///< none: a device
+  std::unique_ptr<Session, CloseSession> session_;
+  oni::VideoStream& depth_ = session_->depth;
   std::unique_ptr<Events> events_;
-  oni::VideoStream depth_;
+  std::string name_;
   std::optional<std::size_t> size_;
   std::size_t received_ = 0;
   bool live_ = false;
 };
 
-/// OpenNI2 alone would say of any such file only that it cannot open a device.
-void check_recording(const std::string& path) {
-  errno = 0;
-  std::ifstream file(path, std::ios::binary);
-  if (!file) throw std::runtime_error("cannot open the recording '" + path + "': " + std::strerror(errno));
-  char magic[4] = {};
-  if (!file.read(magic, sizeof magic) || std::memcmp(magic, "NI10", sizeof magic) != 0) {
-    throw std::runtime_error("'" + path + "' is no OpenNI recording: it does not begin with NI10");
-  }
-}
-
 }  // namespace
 
 std::unique_ptr<FrameSource> open_recording(const std::string& path) {
-  check_recording(path);
+  const OniStructure structure = check_oni(path);
   if (path.size() >= ONI_MAX_STR) {
     throw std::runtime_error("the path '" + path + "' is too long for OpenNI2; " + std::to_string(ONI_MAX_STR - 1) +
                              " bytes at most");
   }
-  return std::make_unique<OpenNi2Source>(path.c_str(), path);
+  return std::make_unique<OpenNi2Source>(path.c_str(), path, structure);
 }
 
 std::unique_ptr<FrameSource> open_device(const std::string& uri) {
-  return std::make_unique<OpenNi2Source>(uri.empty() ? oni::ANY_DEVICE : uri.c_str(), uri);
+  return std::make_unique<OpenNi2Source>(uri.empty() ? oni::ANY_DEVICE : uri.c_str(), uri, std::nullopt);
 }
 
 }  // namespace handhold::stream
