@@ -251,11 +251,13 @@ TEST_F(DepthStream, ARecordingWithWrongSizesIsRefused) {
     folder_.write("film.oni", bytes);
     expect_line({"film.oni"}, 1, {"'film.oni' is damaged", "record at byte 24"});
   }
-  // The size of its name.
-  std::string bytes = oni_file(recording_);
-  bytes.replace(52, 4, "\x00\x01\x00\x00", 4);
-  folder_.write("film.oni", bytes);
-  expect_line({"film.oni"}, 1, {"'film.oni' is damaged", "record at byte 24"});
+  // The size of its name, and a letter of it.
+  for (const std::size_t at : {52, 56}) {
+    std::string bytes = oni_file(recording_);
+    bytes[at] = '\xff';
+    folder_.write("film.oni", bytes);
+    expect_line({"film.oni"}, 1, {"'film.oni' is damaged", "record at byte 24"});
+  }
 }
 
 TEST_F(DepthStream, WithoutADeviceThereIsOneLine) {

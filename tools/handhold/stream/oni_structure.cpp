@@ -1,5 +1,6 @@
 #include "oni_structure.h"
 
+#include <algorithm>
 #include <cerrno>
 #include <cstdint>
 #include <cstring>
@@ -48,11 +49,14 @@ class Fields {
     at_ += size;
     return true;
   }
-  /// A block that ends with a zero.
-  bool take_text() {
+  /// A block of letters that ends with a zero. (The player takes others for indices below 0.)
+  bool take_name() {
     std::size_t begin = 0;
     std::uint32_t size = 0;
-    return take_block(begin, size) && size > 0 && bytes_[at_ - 1] == '\0';
+    if (!take_block(begin, size) || size < 2 || bytes_[at_ - 1] != '\0') return false;
+    return std::all_of(bytes_.begin() + static_cast<std::ptrdiff_t>(begin),
+                       bytes_.begin() + static_cast<std::ptrdiff_t>(at_ - 1),
+                       [](char c) { return c >= ' ' && c <= '~'; });
   }
 
  private:
@@ -122,7 +126,7 @@ class Walk {
       case kNodeAdded5:
       case kNodeAdded: {
         std::uint32_t node_type = 0;
-        if (!fields.take_text() || !fields.take(node_type)) return false;
+        if (!fields.take_name() || !fields.take(node_type)) return false;
         if (node_type == kDepthNode) depth_.insert(node);
         return true;
       }
@@ -130,10 +134,10 @@ class Walk {
       case kRealProperty:
       case kStringProperty:
       case kGeneralProperty: {
-        if (!fields.take_text()) return false;
         std::size_t begin = 0;
         std::uint32_t size = 0;
-        return type == kStringProperty ? fields.take_text() : fields.take_block(begin, size);
+        return fields.take_name() && fields.take_block(begin, size) &&
+               (type != kStringProperty || (size > 0 && body[begin + size - 1] == '\0'));
       }
       default:
         return true;

@@ -166,7 +166,7 @@ class OpenNi2Source : public FrameSource {
     ++received_;
     Frame result;
     result.source = name_;
-    const int bytes = frame.getStrideInBytes() * frame.getHeight();
+    const std::int64_t bytes = std::int64_t{frame.getStrideInBytes()} * frame.getHeight();
     if (frame.getDataSize() < bytes) {
       result.problem = "frame " + std::to_string(frame.getFrameIndex()) + " of '" + name_ +
                        "' is damaged: " + std::to_string(frame.getDataSize()) + " bytes instead of " +
