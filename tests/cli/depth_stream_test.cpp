@@ -235,6 +235,7 @@ TEST_F(DepthStream, WhatIsNoRecordingIsOneLine) {
   expect_line({"cut.oni"}, 1, {"'cut.oni'", "cannot be opened"});
   folder_.write("film.oni", oni_file(recording_));
   expect_line(with_camera({"film.oni"}), 2, {"--fx", "'film.oni'"});
+  expect_line({"openni2:film.oni"}, 2, {"'film.oni' is a recording"});
   recording_.h_fov = 0;
   folder_.write("blind.oni", oni_file(recording_));
   expect_line({"blind.oni"}, 1, {"'blind.oni'", "field of view"});
@@ -262,6 +263,13 @@ TEST_F(DepthStream, ARecordingWithWrongSizesIsRefused) {
 
 TEST_F(DepthStream, WithoutADeviceThereIsOneLine) {
   expect_line({"openni2:nowhere"}, 1, {"'nowhere'", "cannot be opened"});
+  // Where there is one, the next step fails.
+  const Outcome first = run({"openni2:", "--json", "no/such/folder.jsonl"});
+  EXPECT_EQ(first.exit_code, 1);
+  EXPECT_EQ(std::count(first.err.begin(), first.err.end(), '\n'), 1) << first.err;
+  EXPECT_TRUE(first.err.find("finds no device") != std::string::npos ||
+              first.err.find("no/such/folder.jsonl") != std::string::npos)
+      << first.err;
   expect_line({"openni2:", "--rate-hz", "30"}, 2, {"--rate-hz", "its own rate"});
   expect_line(with_camera({"openni2:"}), 2, {"--fx"});
 }

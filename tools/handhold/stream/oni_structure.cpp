@@ -18,6 +18,7 @@ enum Record : std::uint32_t {
   kRealProperty = 4,
   kStringProperty = 5,
   kGeneralProperty = 6,
+  kStateReady = 9,
   kNewData = 10,
   kEnd = 11,
   kNodeAdded5 = 12,  // 1.0.0.5
@@ -26,8 +27,8 @@ enum Record : std::uint32_t {
 };
 
 constexpr std::uint32_t kDepthNode = 2;
-/// What the player has room for: a header of up to 200 bytes and 1600 x 1200 pixels of 3 bytes.
-constexpr std::uint64_t kMaxRecordBytes = 1600 * 1200 * 3;
+/// What the player has room for: header and fields of 121 bytes, and 1600 x 1200 pixels of 3.
+constexpr std::uint64_t kMaxRecordBytes = 121 + 1600 * 1200 * 3;
 constexpr std::uint32_t kMaxNodes = 1000;
 
 /// Little-endian integers from bytes that may end too early.
@@ -125,9 +126,10 @@ class Walk {
       case kNodeAdded4:
       case kNodeAdded5:
       case kNodeAdded: {
-        std::uint32_t node_type = 0;
-        if (!fields.take_name() || !fields.take(node_type)) return false;
+        std::uint32_t node_type = 0, codec = 0;
+        if (!fields.take_name() || !fields.take(node_type) || !fields.take(codec)) return false;
         if (node_type == kDepthNode) depth_.insert(node);
+        if (codec != 0) coded_.insert(node);
         return true;
       }
       case kIntProperty:
@@ -139,6 +141,11 @@ class Walk {
         return fields.take_name() && fields.take_block(begin, size) &&
                (type != kStringProperty || (size > 0 && body[begin + size - 1] == '\0'));
       }
+      case kStateReady:
+        if (coded_.count(node)) ready_.insert(node);
+        return true;
+      case kNewData:
+        return ready_.count(node) > 0;  // the player decodes it with what it has until then
       default:
         return true;
     }
@@ -158,7 +165,7 @@ class Walk {
   std::uint64_t size_ = 0;
   std::uint32_t nodes_ = 0;
   std::size_t header_bytes_ = 28;
-  std::set<std::uint32_t> depth_;
+  std::set<std::uint32_t> depth_, coded_, ready_;  ///< nodes
   OniStructure result_;
 };
 

@@ -15,14 +15,15 @@
 #include "handhold/io.h"
 #include "interrupt.h"
 #include "oni_structure.h"
+#include "usage_error.h"
 
 namespace handhold::stream {
 namespace {
 
 namespace oni = openni;
 
-/// A recording hands over a frame as soon as it is asked for one; asked again before it did, it might hand over two, of
-/// which OpenNI2 keeps one. So the wait is long, and ends early only where a recording is cut off.
+/// A recording hands over a frame as soon as it is asked for one. Asked again before it did, it might hand over two, of
+/// which OpenNI2 keeps one: so the wait is long.
 constexpr int kRecordingWaitMs = 1000;
 constexpr int kDeviceWaitMs = 100;
 /// No frame for so long: none will come, from a device that hangs or a file that is damaged.
@@ -132,7 +133,8 @@ class OpenNi2Source : public FrameSource {
       : recording_(recording), session_(new Session), name_(name) {
     oni::Device& device = session_->device;
     if (device.open(uri) != oni::STATUS_OK) throw std::runtime_error(why_not_opened(uri));
-    live_ = !device.isFile();
+    live_ = !recording;
+    if (live_ && device.isFile()) throw UsageError("'" + name_ + "' is a recording; give its path alone");
     const std::string opened = device.getDeviceInfo().getUri();
     if (name_.empty()) name_ = opened;
     events_ = std::make_unique<Events>(opened);
@@ -143,7 +145,7 @@ class OpenNi2Source : public FrameSource {
       throw std::runtime_error("the depth stream of '" + name_ + "' cannot be opened" + reason());
     }
     if (live_) {
-      depth_.setMirroringEnabled(false);  // what one that cannot gives is turned back
+      depth_.setMirroringEnabled(false);  // where it cannot, cloud_of() turns its frames back
     } else {
       play_on_demand(device);
     }
@@ -198,6 +200,7 @@ class OpenNi2Source : public FrameSource {
       throw std::runtime_error("'" + name_ + "' cannot be played" + reason());
     }
     const int frames = playback->getNumberOfFrames(depth_);
+    if (frames == 0) throw std::runtime_error("the recording '" + name_ + "' holds no depth frame");
     // A recorder that was killed left -1.
     if (frames >= 0) size_ = static_cast<std::size_t>(frames);
   }
