@@ -100,16 +100,33 @@ class PngReader {
   png_infop info_;
 };
 
-Cloud to_cloud(const std::vector<unsigned char>& pixels, const Image& image, const Intrinsics& k, double unit_m) {
+void need_positive(double value, const char* name, const std::string& path) {
+  if (std::isfinite(value) && value > 0) return;
+  throw IoError(std::string(name) + " = " + std::to_string(value) + " for the depth image " + path +
+                ": a finite number above 0 is needed");
+}
+
+/// PNG is big-endian.
+std::vector<std::uint16_t> values_of(const std::vector<unsigned char>& pixels) {
+  std::vector<std::uint16_t> values(pixels.size() / 2);
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    values[i] = static_cast<std::uint16_t>(pixels[2 * i] << 8 | pixels[2 * i + 1]);
+  }
+  return values;
+}
+
+}  // namespace
+
+Cloud cloud_of_depth(const std::vector<std::uint16_t>& values, std::uint32_t width, const Intrinsics& k,
+                     double depth_unit_m) {
   Cloud cloud;
-  cloud.width = image.width;
-  cloud.height = image.height;
+  cloud.width = width;
+  cloud.height = width == 0 ? 0 : static_cast<std::uint32_t>(values.size() / width);
   cloud.xyz.assign(3 * cloud.size(), std::numeric_limits<float>::quiet_NaN());
-  for (std::size_t v = 0, i = 0; v < image.height; ++v) {
-    for (std::size_t u = 0; u < image.width; ++u, ++i) {
-      const int value = pixels[2 * i] << 8 | pixels[2 * i + 1];  // PNG is big-endian
-      if (value == 0) continue;
-      const double z = value * unit_m;
+  for (std::size_t v = 0, i = 0; v < cloud.height; ++v) {
+    for (std::size_t u = 0; u < cloud.width; ++u, ++i) {
+      if (values[i] == 0) continue;
+      const double z = values[i] * depth_unit_m;
       cloud.xyz[3 * i] = static_cast<float>((static_cast<double>(u) - k.cx) / k.fx * z);
       cloud.xyz[3 * i + 1] = static_cast<float>((static_cast<double>(v) - k.cy) / k.fy * z);
       cloud.xyz[3 * i + 2] = static_cast<float>(z);
@@ -117,14 +134,6 @@ Cloud to_cloud(const std::vector<unsigned char>& pixels, const Image& image, con
   }
   return cloud;
 }
-
-void need_positive(double value, const char* name, const std::string& path) {
-  if (std::isfinite(value) && value > 0) return;
-  throw IoError(std::string(name) + " = " + std::to_string(value) + " for the depth image " + path +
-                ": a finite number above 0 is needed");
-}
-
-}  // namespace
 
 Cloud read_depth_png(const std::string& path, const Intrinsics& intrinsics, double depth_unit_m) {
   need_positive(intrinsics.fx, "fx", path);
@@ -159,7 +168,7 @@ Cloud read_depth_png(const std::string& path, const Intrinsics& intrinsics, doub
     std::vector<png_bytep> rows(image.height);
     for (std::size_t v = 0; v < rows.size(); ++v) rows[v] = pixels.data() + v * row_bytes;
     if (!reader.rows(rows.data())) fail();
-    return to_cloud(pixels, image, intrinsics, depth_unit_m);
+    return cloud_of_depth(values_of(pixels), image.width, intrinsics, depth_unit_m);
   } catch (const std::bad_alloc&) {
     throw IoError("not enough memory to read " + path + ": use a smaller image");
   }

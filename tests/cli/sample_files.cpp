@@ -55,33 +55,42 @@ std::string ascii_ply(const Points& points) {
          "\nproperty float x\nproperty float y\nproperty float z\nend_header\n" + lines(points);
 }
 
-std::string depth_png() {
-  constexpr int kWidth = 160, kHeight = 120;
-  std::vector<std::uint16_t> millimetres(kWidth * kHeight, 0);
-  for (int v = 0; v < kHeight; ++v) {
-    for (int u = 0; u < kWidth; ++u) {
-      // Ray (dx, dy, 1) meets the cylinder about the line x = 0, z = 0.7: (t dx)^2 + (t - 0.7)^2 = r^2.
+DepthImage depth_image(double x) {
+  DepthImage image;
+  image.values.assign(static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height), 0);
+  for (int v = 0; v < image.height; ++v) {
+    for (int u = 0; u < image.width; ++u) {
+      // Ray (dx, dy, 1) meets the cylinder about the line through x, z = 0.7: (t dx - x)^2 + (t - 0.7)^2 = r^2.
       const double dx = (u - 79.5) / 300, dy = (v - 59.5) / 300;
-      const double a = dx * dx + 1, b = -0.7, c = 0.49 - kCylinderRadius * kCylinderRadius;
+      const double a = dx * dx + 1, b = -0.7 - dx * x, c = 0.49 + x * x - kCylinderRadius * kCylinderRadius;
       const double discriminant = b * b - a * c;
       if (discriminant < 0) continue;
       const double z = (-b - std::sqrt(discriminant)) / a;
-      if (std::abs(z * dy) <= 0.075) millimetres[v * kWidth + u] = static_cast<std::uint16_t>(std::lround(z * 1000));
+      if (std::abs(z * dy) > 0.075) continue;
+      image.values[static_cast<std::size_t>(v * image.width + u)] = static_cast<std::uint16_t>(std::lround(z * 1000));
     }
   }
+  return image;
+}
+
+std::string png(const DepthImage& depth) {
   png_image image{};
   image.version = PNG_IMAGE_VERSION;
-  image.width = kWidth;
-  image.height = kHeight;
+  image.width = static_cast<png_uint_32>(depth.width);
+  image.height = static_cast<png_uint_32>(depth.height);
   image.format = PNG_FORMAT_LINEAR_Y;  // 16 bits
   png_alloc_size_t size = 0;
   std::string bytes(1 << 20, '\0');
   size = bytes.size();
-  if (!png_image_write_to_memory(&image, bytes.data(), &size, 0, millimetres.data(), 0, nullptr)) {
+  if (!png_image_write_to_memory(&image, bytes.data(), &size, 0, depth.values.data(), 0, nullptr)) {
     throw std::runtime_error(image.message);
   }
   bytes.resize(size);
   return bytes;
+}
+
+std::string depth_png() {
+  return png(depth_image());
 }
 
 }  // namespace handhold::test

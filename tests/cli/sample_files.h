@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -19,8 +20,17 @@ std::string binary_pcd(const Points& points);
 std::string ascii_pcd(const Points& points);
 std::string ascii_ply(const Points& points);
 
-/// 16-bit gray PNG, 160 x 120, of the same kind of cylinder on the optical axis: fx = fy = 300, cx = 79.5, cy = 59.5
-/// px, values in millimetres.
-std::string depth_png();
+struct DepthImage {
+  int width = 160, height = 120;
+  std::vector<std::uint16_t> values;  ///< row after row; mm
+};
+
+/// Of the same kind of cylinder, 0.7 m before the camera and `x` m beside its axis: fx = fy = 300, cx = 79.5, cy = 59.5
+/// px.
+DepthImage depth_image(double x = 0);
+
+/// 16-bit gray PNG.
+std::string png(const DepthImage& image);
+std::string depth_png();  ///< of depth_image()
 
 }  // namespace handhold::test

@@ -1,4 +1,4 @@
-// The clouds that a user means: a folder's, or a list's.
+// The clouds or depth images that a user means: a folder's, or a list's.
 #pragma once
 
 #include <filesystem>
@@ -15,5 +15,14 @@ struct CloudList {
 /// file those that its lines name, relative to its folder (empty lines and those that begin with # are passed over).
 /// @throws UsageError, std::runtime_error: no such source, or nothing in it
 CloudList list_clouds(const std::filesystem::path& source, bool recursive);
+
+struct FrameList {
+  std::vector<std::filesystem::path> files;  ///< one at least
+  bool depth_images = false;                 ///< PNGs, all of them; otherwise none
+};
+
+/// As list_clouds() of a folder or a list that may hold PNGs (depth images) instead.
+/// @throws UsageError, std::runtime_error: as above, or there are both
+FrameList list_frames(const std::filesystem::path& source);
 
 }  // namespace handhold

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "atomic_file.h"
+#include "camera_arguments.h"
 #include "command_line.h"
 #include "handhold/config.h"
 #include "handhold/io.h"
@@ -32,8 +33,8 @@ namespace {
 
 struct Arguments {
   OptionArguments options;
+  CameraArguments camera;
   std::string cloud, depth;
-  std::string fx, fy, cx, cy, depth_unit;
   std::string viewpoint;
   std::string json, picture;
   std::string repeat;
@@ -49,11 +50,7 @@ void add_flags(CLI::App& app, Arguments& a) {
   };
   const char* input = "Input";
   text("--depth", a.depth, "F.png", "Depth image (16-bit gray PNG) instead of CLOUD; needs the next five", input);
-  text("--fx", a.fx, "X", "Focal length along rows (px)", input);
-  text("--fy", a.fy, "X", "Focal length along columns (px)", input);
-  text("--cx", a.cx, "X", "Column of the principal point (px)", input);
-  text("--cy", a.cy, "X", "Row of the principal point (px)", input);
-  text("--depth-unit-m", a.depth_unit, "U", "Metres of one step of the image's values (0.001: millimetres)", input);
+  add_camera_flags(app, a.camera, input);
   text("--viewpoint", a.viewpoint, "X Y Z|none",
        "Where the sensor stood (m), instead of what the cloud says; none: merged views", input);
   add_preset_flags(app, a.options, input);
@@ -70,12 +67,6 @@ void add_flags(CLI::App& app, Arguments& a) {
   add_option_flags(app, a.options.texts);
 }
 
-double number(const char* flag, const std::string& text) {
-  const std::vector<double> values = parse_numbers(flag, text);
-  if (values.size() != 1) throw UsageError(std::string(flag) + " = '" + text + "': must be one number");
-  return values[0];
-}
-
 int parse_repeat(const std::string& text) {
   return text.empty() ? 0 : static_cast<int>(whole_number("--repeat", text, 1, 1'000'000));
 }
@@ -89,25 +80,11 @@ class Input {
           "no cloud given; for example 'handhold localize cloud.pcd', or '--depth image.png' with intrinsics");
     }
     if (!a.cloud.empty() && is_depth_) throw UsageError("both '" + a.cloud + "' and --depth given; give one of them");
-    const std::pair<const char*, const std::string*> camera[] = {
-        {"--fx", &a.fx}, {"--fy", &a.fy}, {"--cx", &a.cx}, {"--cy", &a.cy}, {"--depth-unit-m", &a.depth_unit}};
-    double values[5] = {};
-    for (int i = 0; i < 5; ++i) {
-      const auto& [flag, text] = camera[i];
-      if (is_depth_ == text->empty()) {
-        throw UsageError(is_depth_ ? std::string("--depth needs ") + flag + ", too"
-                                   : std::string(flag) + " needs --depth");
-      }
-      if (is_depth_) values[i] = number(flag, *text);
-      if (is_depth_ && flag[2] != 'c' && values[i] <= 0) {
-        throw UsageError(std::string(flag) + " = '" + *text + "': must be above 0");
-      }
+    if (is_depth_) {
+      camera_ = depth_camera(a.camera, "--depth");
+    } else {
+      refuse_camera(a.camera, "--depth");
     }
-    intrinsics_.fx = values[0];
-    intrinsics_.fy = values[1];
-    intrinsics_.cx = values[2];
-    intrinsics_.cy = values[3];
-    depth_unit_m_ = values[4];
     if (a.viewpoint == "none") {
       viewpoint_ = std::optional<Vector3>();
     } else if (!a.viewpoint.empty()) {
@@ -122,7 +99,7 @@ class Input {
   const std::string& path() const { return path_; }
 
   Cloud read() const {
-    Cloud cloud = is_depth_ ? read_depth_png(path_, intrinsics_, depth_unit_m_) : read_cloud(path_);
+    Cloud cloud = is_depth_ ? read_depth_png(path_, camera_.intrinsics, camera_.depth_unit_m) : read_cloud(path_);
     if (viewpoint_) cloud.viewpoint = *viewpoint_;
     return cloud;
   }
@@ -130,8 +107,7 @@ class Input {
  private:
   std::string path_;
   bool is_depth_;
-  Intrinsics intrinsics_;
-  double depth_unit_m_ = 0;
+  DepthCamera camera_;
   std::optional<std::optional<Vector3>> viewpoint_;  ///< none: the cloud's own
 };
 

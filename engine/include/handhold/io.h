@@ -34,9 +34,13 @@ struct Intrinsics {
 /// @throws IoError when there is no such file, or it is damaged, truncated or of another kind
 Cloud read_cloud(const std::string& path);
 
-/// Reads a depth image, a 16-bit gray PNG, as an organized cloud in the camera's optical frame (x right, y down,
-/// z forward; metres; viewpoint at the origin). depth_unit_m: metres of one step of a pixel's value (0.001 when it
-/// holds millimetres); a value of 0 is a missing measurement and becomes NaN.
+/// A depth image, rows of `width` values, as an organized cloud in the camera's optical frame (x right, y down, z
+/// forward; metres; viewpoint at the origin). depth_unit_m: metres of one step of a pixel's value (0.001 when it holds
+/// millimetres); a value of 0 is a missing measurement and becomes NaN.
+Cloud cloud_of_depth(const std::vector<std::uint16_t>& values, std::uint32_t width, const Intrinsics& intrinsics,
+                     double depth_unit_m);
+
+/// Reads a depth image, a 16-bit gray PNG, as cloud_of_depth() does.
 /// @throws IoError for a file that is no such PNG, and for fx, fy or depth_unit_m that are not above 0
 Cloud read_depth_png(const std::string& path, const Intrinsics& intrinsics, double depth_unit_m);
 

@@ -6,19 +6,10 @@
 #include <deque>
 #include <mutex>
 #include <optional>
-#include <string>
 
-#include "handhold/cloud.h"
+#include "frame.h"
 
 namespace handhold::stream {
-
-struct Frame {
-  std::size_t number = 0;  ///< of the source, from 0 on
-  std::string source;      ///< its file
-  double time_s = 0;       ///< since the stream began, when it came
-  Cloud cloud;
-  std::string problem;  ///< why there is no cloud; empty: there is one
-};
 
 /// Holds a few frames. A source that does not wait (a camera) drops the oldest ones when it is full.
 class FrameQueue {

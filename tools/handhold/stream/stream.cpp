@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
-#include <filesystem>
+#include <exception>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -11,10 +11,10 @@
 #include <vector>
 
 #include "atomic_file.h"
-#include "cloud_list.h"
+#include "camera_arguments.h"
 #include "command_line.h"
 #include "frame_queue.h"
-#include "handhold/io.h"
+#include "frame_source.h"
 #include "handhold/localizer.h"
 #include "handhold/tracker.h"
 #include "interrupt.h"
@@ -34,6 +34,7 @@ using Clock = std::chrono::steady_clock;
 using Json = nlohmann::ordered_json;
 using stream::Frame;
 using stream::FrameQueue;
+using stream::FrameSource;
 
 /// Frames that are read ahead, or wait to be searched.
 constexpr std::size_t kWaiting = 2;
@@ -42,13 +43,17 @@ constexpr std::size_t kRecent = 200;
 
 struct Arguments {
   OptionArguments options;
+  CameraArguments camera;
   std::string source, rate, json;
   bool no_track = false, no_times = false;
 };
 
 void add_flags(CLI::App& app, Arguments& a) {
-  app.add_option("SOURCE", a.source,
-                 "Folder of clouds (.pcd, .ply) in order of their names, or a text file with a list")
+  app.add_option(
+         "SOURCE", a.source,
+         "Folder of clouds (.pcd, .ply) or of depth images (16-bit gray PNG, with --fx to --depth-unit-m) in order "
+         "of their names, a text file with a list of them, an OpenNI2 recording (.oni), 'openni2:' for the first "
+         "OpenNI2 device, or 'openni2:URI'")
       ->option_text(" ");
   const auto flag = [&app](const char* name, bool& target, const char* help, const char* group) {
     app.add_flag(name, target, help)->disable_flag_override()->group(group);
@@ -56,8 +61,9 @@ void add_flags(CLI::App& app, Arguments& a) {
   const char* input = "Input";
   add_text_flag(app, "--rate-hz", a.rate, "R",
                 "Frames come at this rate (Hz), and the oldest are dropped that cannot be searched in time; without it "
-                "every frame is searched, as fast as possible",
+                "every frame is searched, as fast as possible. A device has its own rate",
                 input);
+  add_camera_flags(app, a.camera, input);
   flag("--no-track", a.no_track, "Search each frame for itself, without a tracker", input);
   add_preset_flags(app, a.options, input);
   const char* output = "Output";
@@ -70,30 +76,56 @@ double seconds_since(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
 }
 
-/// Reads one cloud after the other, each when it is due.
-void read_all(const std::vector<std::filesystem::path>& clouds, double rate_hz, Clock::time_point start,
-              FrameQueue& queue) {
-  for (std::size_t i = 0; i < clouds.size() && !interrupted; ++i) {
-    Frame frame;
-    frame.number = i;
-    frame.source = clouds[i].string();
-    try {
-      frame.cloud = read_cloud(frame.source);
-    } catch (const std::exception& error) {
-      frame.problem = error.what();
-    }
-    if (rate_hz > 0) {
-      const auto due = start + std::chrono::duration_cast<Clock::duration>(
-                                   std::chrono::duration<double>(static_cast<double>(i) / rate_hz));
-      while (Clock::now() < due && !interrupted) {
-        std::this_thread::sleep_for(std::min<Clock::duration>(due - Clock::now(), std::chrono::milliseconds(50)));
-      }
-    }
-    frame.time_s = seconds_since(start);
-    if (!queue.push(std::move(frame))) return;
+/// Until frame i of `rate_hz` frames a second is due, or the user interrupts.
+void wait_until_due(std::size_t i, double rate_hz, Clock::time_point start) {
+  const auto due = start + std::chrono::duration_cast<Clock::duration>(
+                               std::chrono::duration<double>(static_cast<double>(i) / rate_hz));
+  while (Clock::now() < due && !interrupted) {
+    std::this_thread::sleep_for(std::min<Clock::duration>(due - Clock::now(), std::chrono::milliseconds(50)));
   }
-  queue.close();
 }
+
+/// The thread that reads: one frame after the other goes into the queue, each when it is due.
+class Reader {
+ public:
+  Reader(FrameSource& source, double rate_hz, Clock::time_point start, FrameQueue& queue)
+      : queue_(queue), thread_([this, &source, rate_hz, start] { read_all(source, rate_hz, start); }) {}
+  /// Whatever happens, it is waited for.
+  ~Reader() { finish(); }
+  Reader(const Reader&) = delete;
+  Reader& operator=(const Reader&) = delete;
+
+  void finish() {
+    queue_.close();
+    if (thread_.joinable()) thread_.join();
+  }
+  /// Frames that came; only after finish(), as the next one.
+  std::size_t frames() const { return frames_; }
+  /// Throws on what ended the source before its time.
+  void rethrow() const {
+    if (failure_) std::rethrow_exception(failure_);
+  }
+
+ private:
+  void read_all(FrameSource& source, double rate_hz, Clock::time_point start) {
+    try {
+      while (std::optional<Frame> frame = interrupted ? std::nullopt : source.next()) {
+        if (rate_hz > 0) wait_until_due(frames_, rate_hz, start);
+        frame->number = frames_++;
+        frame->time_s = seconds_since(start);
+        if (!queue_.push(std::move(*frame))) return;
+      }
+    } catch (...) {
+      failure_ = std::current_exception();
+    }
+    queue_.close();
+  }
+
+  FrameQueue& queue_;
+  std::size_t frames_ = 0;
+  std::exception_ptr failure_;
+  std::thread thread_;  ///< last: it uses the others
+};
 
 Json track_json(const Track& track) {
   Json json = {{"id", track.id}};
@@ -135,7 +167,7 @@ int run(const Arguments& a) {
   const Options options = effective_options(a.options);
   if (const char* problem = kernels::isa_error()) throw UsageError(problem);
   const double rate = a.rate.empty() ? 0 : numbers("--rate-hz", a.rate, 1e-3, 1e4, "Hz").front();
-  const std::vector<std::filesystem::path> clouds = list_clouds(a.source, false).clouds;
+  const std::unique_ptr<FrameSource> source = stream::open_source(a.source, a.camera, rate > 0);
   Lines lines(a.json);
 
   const Interrupt interrupt;
@@ -146,20 +178,10 @@ int run(const Arguments& a) {
   std::vector<Vector3> guesses;
   std::vector<double> ms;
   std::size_t bad = 0, handles = 0;
-  FrameQueue queue(kWaiting, rate > 0);
+  FrameQueue queue(kWaiting, rate > 0 || source->live());
   const auto start = Clock::now();
-  std::thread reader([&] { read_all(clouds, rate, start, queue); });
-  // Whatever happens, the reader is waited for.
-  struct Join {
-    std::thread& thread;
-    FrameQueue& queue;
-    ~Join() {
-      queue.close();
-      if (thread.joinable()) thread.join();
-    }
-  };
+  Reader reader(*source, rate, start, queue);
   {
-    const Join join{reader, queue};
     Progress progress;
     std::vector<double> recent;
     while (std::optional<Frame> frame = interrupted ? std::nullopt : queue.pop()) {
@@ -209,6 +231,7 @@ int run(const Arguments& a) {
       progress.show(text);
     }
   }
+  reader.finish();
   lines.commit();
   const double seconds = seconds_since(start);
   char text[320];
@@ -216,10 +239,12 @@ int run(const Arguments& a) {
       text, sizeof text,
       "%zu frames of %zu searched in %.2f s (%.1f frames/s); search p50 %.1f ms, p99 %.1f ms; %zu dropped, %zu "
       "unreadable; %zu handles\n",
-      ms.size(), clouds.size(), seconds, static_cast<double>(ms.size()) / std::max(1e-9, seconds),
-      ms.empty() ? 0.0 : quantile(ms, 0.5), ms.empty() ? 0.0 : quantile(ms, 0.99), queue.dropped(), bad, handles);
+      ms.size(), source->size().value_or(reader.frames()), seconds,
+      static_cast<double>(ms.size()) / std::max(1e-9, seconds), ms.empty() ? 0.0 : quantile(ms, 0.5),
+      ms.empty() ? 0.0 : quantile(ms, 0.99), queue.dropped(), bad, handles);
   write_and_flush(lines.for_people(), text, "standard output");
   if (interrupted) return 130;
+  reader.rethrow();
   return bad ? 1 : 0;
 }
 
