@@ -22,9 +22,9 @@ constexpr double kLeastCover = 1.047;  ///< rad
 constexpr double kRmsShare = 0.06;
 constexpr double kSureCount = 10;  ///< points of a slice beyond which its radius gets no surer: their noise is alike
 /// A jump of the radius parts two pieces when it is larger than both.
-constexpr double kJump = 0.0012, kJumpShare = 0.06;  ///< m; of the radius
-constexpr double kLeastArc = 1.2217;                 ///< rad
-constexpr double kMostNormalError = 0.55;            ///< rad
+constexpr double kJump = 0.0012, kJumpShare = 0.06;          ///< m; of the radius
+constexpr double kLeastArc = 1.2217;                         ///< rad
+constexpr double kMostNormalError = 0.55;                    ///< rad
 constexpr double kSameWidth = 0.3, kSameWidthMore = 0.0015;  ///< share and m; widths along a strap differ by less
 constexpr std::size_t kLeastOutline = 3;                     ///< slices
 /// Of a cylinder's radius: seen narrower than this it is a strap. The steep sides of thick parts are often not
