@@ -11,6 +11,8 @@ namespace handhold {
 /// What the user gave; empty: not given.
 struct CameraArguments {
   std::string fx, fy, cx, cy, depth_unit;
+
+  bool any() const { return !(fx.empty() && fy.empty() && cx.empty() && cy.empty() && depth_unit.empty()); }
 };
 
 struct DepthCamera {

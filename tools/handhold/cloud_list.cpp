@@ -89,7 +89,7 @@ CloudList list_clouds(const fs::path& source, bool recursive) {
   return {folder ? source : source.parent_path(), std::move(clouds)};
 }
 
-FrameList list_frames(const fs::path& source) {
+FrameList list_frames(const fs::path& source, bool images_meant) {
   const std::string name = "'" + source.string() + "'";
   const bool folder = is_folder(source, "clouds or depth images");
   if (!folder && is_cloud(source)) {
@@ -101,6 +101,9 @@ FrameList list_frames(const fs::path& source) {
   std::vector<fs::path> files;
   if (folder) {
     add_files<fs::directory_iterator>(source, is_frame, files);
+    if (!images_meant && std::any_of(files.begin(), files.end(), is_cloud)) {
+      files.erase(std::remove_if(files.begin(), files.end(), is_png), files.end());
+    }
     std::sort(files.begin(), files.end());
   } else {
     files = files_of_list(source);

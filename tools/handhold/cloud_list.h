@@ -22,7 +22,9 @@ struct FrameList {
 };
 
 /// As list_clouds() of a folder or a list that may hold PNGs (depth images) instead.
+/// PNGs beside clouds in a folder are pictures of something else, unless `images_meant`: the user spoke of depth
+/// images.
 /// @throws UsageError, std::runtime_error: as above, or there are both
-FrameList list_frames(const std::filesystem::path& source);
+FrameList list_frames(const std::filesystem::path& source, bool images_meant);
 
 }  // namespace handhold

@@ -57,7 +57,7 @@ bool is_recording(const std::string& source) {
 }
 
 std::unique_ptr<FrameSource> open_files(const std::string& source, const CameraArguments& camera) {
-  FrameList list = list_frames(source);
+  FrameList list = list_frames(source, camera.any());
   if (!list.depth_images) {
     refuse_camera(camera, "depth images (PNG), and '" + source + "' is of clouds");
     return std::make_unique<Files>(std::move(list.files), read_cloud);
