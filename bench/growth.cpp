@@ -4,13 +4,13 @@
 #include <chrono>
 #include <cmath>
 #include <cstdio>
-#include <exception>
 #include <stdexcept>
 #include <string>
 #include <thread>
 #include <vector>
 
 #include "atomic_file.h"
+#include "frame_arguments.h"
 #include "handhold/localizer.h"
 #include "plot.h"
 #include "png_file.h"
@@ -153,23 +153,8 @@ void run(const std::string& path, Options options, int repeat, const std::string
 
 int main(int argc, char** argv) {
   CLI::App app{"Times frames of a cloud against samples, points, radius and threads"};
-  std::string path, method = "default", csv, plot;
-  handhold::Options options;
-  options.threads = 1;
-  int repeat = 30;
-  app.add_option("cloud", path, "PCD or PLY file; default: data/table_scene.pcd, or a synthetic frame");
-  app.add_option("--repeat", repeat, "timed frames of each case")->check(CLI::Range(1, 1000000))->capture_default_str();
-  app.add_option("--samples", options.samples, "neighbourhoods")->check(CLI::Range(1, 10000000))->capture_default_str();
-  app.add_option("--threads", options.threads, "threads")->check(CLI::Range(1, 1024))->capture_default_str();
-  app.add_option("--method", method, "'default' or 'paper'")->check(CLI::IsMember({"default", "paper"}));
-  app.add_option("--csv", csv, "Write the table");
-  app.add_option("--plot", plot, "Write the curves, PNG");
-  CLI11_PARSE(app, argc, argv);
-  try {
-    handhold::from_string(method, options.method);
-    handhold::bench::run(path, options, repeat, csv, plot);
-  } catch (const std::exception& error) {
-    std::fprintf(stderr, "handhold_growth: %s\n", error.what());
-    return 1;
-  }
+  handhold::bench::FrameArguments a;
+  a.frames = 30;
+  return handhold::bench::main_of(app, argc, argv, "--repeat", a,
+                                  [&] { handhold::bench::run(a.cloud, a.options, a.frames, a.csv, a.plot); });
 }

@@ -5,13 +5,13 @@
 #include <chrono>
 #include <cmath>
 #include <cstdio>
-#include <exception>
 #include <fstream>
 #include <stdexcept>
 #include <string>
 #include <vector>
 
 #include "atomic_file.h"
+#include "frame_arguments.h"
 #include "handhold/localizer.h"
 #include "plot.h"
 #include "png_file.h"
@@ -152,24 +152,9 @@ void run(const std::string& path, const Options& options, int frames, const std:
 
 int main(int argc, char** argv) {
   CLI::App app{"Times frame after frame of a cloud, in turn with an empty loop of the same length"};
-  std::string path, method = "default", csv, plot;
-  handhold::Options options;
-  options.threads = 1;
-  int frames = 10000;
-  app.add_option("cloud", path, "PCD or PLY file; default: data/table_scene.pcd, or a synthetic frame");
-  app.add_option("--frames", frames, "timed frames")->check(CLI::Range(1, 100000000))->capture_default_str();
-  app.add_option("--samples", options.samples, "neighbourhoods")->check(CLI::Range(1, 10000000))->capture_default_str();
-  app.add_option("--threads", options.threads, "threads")->check(CLI::Range(1, 1024))->capture_default_str();
-  app.add_option("--method", method, "'default' or 'paper'")->check(CLI::IsMember({"default", "paper"}));
-  app.add_option("--deadline-ms", options.deadline_ms, "the frame ends after so long (ms)");
-  app.add_option("--csv", csv, "Write all times");
-  app.add_option("--plot", plot, "Write a histogram, PNG");
-  CLI11_PARSE(app, argc, argv);
-  try {
-    handhold::from_string(method, options.method);
-    handhold::bench::run(path, options, frames, csv, plot);
-  } catch (const std::exception& error) {
-    std::fprintf(stderr, "handhold_latency: %s\n", error.what());
-    return 1;
-  }
+  handhold::bench::FrameArguments a;
+  a.frames = 10000;
+  app.add_option("--deadline-ms", a.options.deadline_ms, "the frame ends after so long (ms)");
+  return handhold::bench::main_of(app, argc, argv, "--frames", a,
+                                  [&] { handhold::bench::run(a.cloud, a.options, a.frames, a.csv, a.plot); });
 }

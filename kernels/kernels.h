@@ -149,7 +149,7 @@ struct CylinderEquations {
 struct CylinderTrials {
   static constexpr int kPoints = 32;
   /// Radii that a fit may pass through; a step that lowers the cost by less than this part of it is the last one.
-  static constexpr float kSmallest = 0.001f, kLargest = 0.2f, kLeastGain = 0.03f;
+  static constexpr double kSmallest = 0.001, kLargest = 0.2, kLeastGain = 0.03;
 
   alignas(64) float points[kPoints][3][16];  ///< in; near the origin for the sake of single precision
   float sigma[16];                           ///< in; > 0; distances beyond two of these weigh less

@@ -155,7 +155,6 @@ LANE_FN void fit_trials(kernels::CylinderTrials& t) {
     trial_equations(t, lane, c, t.steps > 0, here);
     Sum damping(1e-3f), failed(0.0f);
     auto going = zero < one;
-#pragma GCC unroll 1
     for (std::int32_t step = 0; step < t.steps && any(going); ++step) {
       Sum x[5];
       const auto definite = trial_solve(here, damping, sigma, x);
@@ -165,10 +164,12 @@ LANE_FN void fit_trials(kernels::CylinderTrials& t) {
       const TrialCylinder next = {moved(c.point, x[0], x[1]), unit(moved(c.axis, x[2] * per_arm, x[3] * per_arm)),
                                   c.radius + x[4]};
       trial_equations(t, lane, next, step + 1 < t.steps, there);
-      const auto valid = going & definite & (next.radius > Sum(kernels::CylinderTrials::kSmallest)) &
-                         (next.radius < Sum(kernels::CylinderTrials::kLargest));
+      const auto valid = going & definite &
+                         (next.radius > Sum(static_cast<float>(kernels::CylinderTrials::kSmallest))) &
+                         (next.radius < Sum(static_cast<float>(kernels::CylinderTrials::kLargest)));
       const auto better = valid & (there.cost < here.cost);
-      const auto small = better & (there.cost > Sum(1.0f - kernels::CylinderTrials::kLeastGain) * here.cost);
+      const auto small =
+          better & (there.cost > Sum(1.0f - static_cast<float>(kernels::CylinderTrials::kLeastGain)) * here.cost);
       damping = damping * select(better, Sum(0.3f), Sum(10.0f));
       failed = select(better, zero, failed + one);
       c.point = select3(better, next.point, c.point), c.axis = select3(better, next.axis, c.axis);

@@ -8,10 +8,8 @@
 namespace handhold {
 namespace {
 
-/// Radii that a fit may pass through (m).
-constexpr double kSmallest = 0.001, kLargest = 0.2;
-/// A step that lowers the cost by less than this part of it is the last one.
-constexpr double kLeastGain = 0.03;
+// Its limits are those of this fit, too.
+using kernels::CylinderTrials;
 /// For the rounding of a gain; and a cost that everything but a perfect fit is above.
 constexpr double kGainSlack = 1.0001, kAlways = 1e-30;
 /// Keeps unknowns that the points do not tell (a tilt of a short patch) where they are.
@@ -108,9 +106,9 @@ double refine_cylinder(const PointArrays& points, double sigma, int steps, Cylin
       next.point = c.point + x[0] * here.t1 + x[1] * here.t2;
       next.axis = normalized(c.axis + (x[2] / kTiltArm) * here.t1 + (x[3] / kTiltArm) * here.t2);
       next.radius = c.radius + x[4];
-      if (next.radius > kSmallest && next.radius < kLargest) {
+      if (next.radius > CylinderTrials::kSmallest && next.radius < CylinderTrials::kLargest) {
         // The next step's equations, if there will be one.
-        const double worth = kGainSlack * (1 - kLeastGain) * static_cast<double>(here.sums.cost);
+        const double worth = kGainSlack * (1 - CylinderTrials::kLeastGain) * static_cast<double>(here.sums.cost);
         const Evaluated there = evaluate(points, next, sigma, step + 1 < steps ? worth : kAlways);
         better = there.sums.cost < here.sums.cost;
         if (better) {
@@ -120,7 +118,7 @@ double refine_cylinder(const PointArrays& points, double sigma, int steps, Cylin
       }
       damping *= better ? 0.3 : 10;
     }
-    if (!better || gain < kLeastGain) break;
+    if (!better || gain < CylinderTrials::kLeastGain) break;
   }
   return std::sqrt(static_cast<double>(here.sums.square) * inverse);
 }

@@ -117,7 +117,7 @@ namespace {
 constexpr double kCellSigmas = 2.5;
 constexpr std::int64_t kCellBias = 1 << 20;
 /// Entries either way of a centre's that are looked at first, and how many are few.
-constexpr std::size_t kBeside = 16, kFew = 2048;
+constexpr std::size_t kBeside = 16, kMoreBeside = 64, kFew = 2048;
 std::int64_t cell_of(double x, double size) {
   return static_cast<std::int64_t>(std::floor(std::clamp(x / size, -1.0e6, 1.0e6))) + kCellBias;
 }
@@ -175,16 +175,14 @@ bool Sampler::is_nearest(std::size_t centre, const Vector3& position) const {
     const float a = px[i] - x, b = py[i] - y, c = pz[i] - z;
     return a * a + b * b + c * c;
   };
-  // Most draws lose against a centre beside the one they were drawn from.
+  // Most that surely_loses did not see lose against a centre a little farther in the order.
   const std::size_t at = entry_of_[centre], n = entries_.size();
   const float place[3] = {x, y, z};
   const auto any_nearer = [&](std::size_t from, std::size_t to, float limit) {
     return kernels::kernels().any_nearer(px + from, py + from, pz + from, static_cast<std::int32_t>(to - from), place,
                                          limit);
   };
-  for (const std::size_t beside : {kBeside, 4 * kBeside}) {
-    if (any_nearer(at < beside ? 0 : at - beside, std::min(n, at + beside), sure)) return false;
-  }
+  if (any_nearer(at < kMoreBeside ? 0 : at - kMoreBeside, std::min(n, at + kMoreBeside), sure)) return false;
   // Of few centres all are looked at faster than the near ones are found.
   if (n <= kFew && !any_nearer(0, at, perhaps) && !any_nearer(at + 1, n, perhaps)) return true;
   const auto beats = [&](const Entry& e) {
