@@ -199,6 +199,28 @@ struct TurnQuery {
 };
 inline constexpr int kTurns = 4;
 
+// ---- Bodies -------------------------------------------------------------------------------------------------------
+
+/// The tiles of a cloud under a tree of boxes: sixteen tiles a block, sixteen blocks a group. Sixteen boxes stand
+/// together: low x, y, z, then high x, y, z (m), each sixteen times; an empty one has low = kFar, high = -kFar.
+struct TileTree {
+  const float* points;       ///< as in Tiles
+  const float* tile_boxes;   ///< [block][6][16]; as Tiles::boxes
+  const float* block_boxes;  ///< [group][6][16], 64-byte aligned
+  const float* group_boxes;  ///< [groups / 16][6][16], 64-byte aligned
+  std::int32_t groups;       ///< a multiple of 16, padded with empty ones
+};
+
+/// A box in the frame of the cloud; with no height and width it is a segment, with no size a point. Bodies with a
+/// radius are those with the distance from their core.
+struct BodyQuery {
+  float centre[3];        ///< m; within 1e7
+  float R_body_cloud[9];  ///< row-major: rows are the directions of the box's edges
+  float half[3];          ///< m; half of the edges' lengths, 0 .. 1e7
+  float limit;            ///< m; at most kMostDistance; points at this distance or farther do not count
+};
+inline constexpr float kMostDistance = 1e15f;
+
 // ---- Alignment ----------------------------------------------------------------------------------------------------
 
 /// Affordances as structure of arrays, `padded` entries each (a multiple of 16; padding has x = NaN).
@@ -282,6 +304,11 @@ struct Kernels {
   /// from `ahead` towards `side`, from -2 to 2: with c = a / (|a| + |b|) it is 1 - c, with the sign of b.
   void (*outer_turns)(const float* x, const float* y, const float* z, std::int32_t n, const TurnQuery& query,
                       float* least, float* most);
+
+  /// Whether a point is nearer to a body than its limit; distances are negative inside it.
+  bool (*any_point_within)(const TileTree& tree, const BodyQuery& query);
+  /// The point nearest to a body, or deepest inside it, as 16 * tile + place in the tile; -1: none is within the limit.
+  std::int64_t (*nearest_to_body)(const TileTree& tree, const BodyQuery& query);
 
   /// Row i of the alignment relation (paper, section 3.3): bit j of `row` ((padded + 31) / 32 words) is set when i and
   /// j are aligned both ways. Bit i itself is set.

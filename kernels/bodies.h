@@ -1,0 +1,163 @@
+// Which points of a cloud are near to a body, by branch and bound over boxes: groups of blocks, blocks, tiles, and then
+// the points, sixteen at a time.
+#pragma once
+
+#include "kernels.h"
+#include "lane.h"
+
+namespace handhold::HANDHOLD_LANE {
+
+/// Orders places by their signed distance d from a box without a root: d^2 outside, d inside.
+///
+/// The key never falls when one of the three excesses (distance beyond the box along its edges) grows, and neither does
+/// its rounded value; so whatever bounds the excesses of some points bounds their keys, to the last bit.
+LANE_FN F16 distance_key(F16 x, F16 y, F16 z) {
+  const F16 zero(0.0f), ox = max(x, zero), oy = max(y, zero), oz = max(z, zero);
+  return fma(ox, ox, fma(oy, oy, oz * oz)) + min(max(max(x, y), z), zero);
+}
+LANE_FN float distance_key(float distance) {
+  return distance > 0 ? distance * distance : distance;
+}
+
+/// A key beyond all limits.
+inline constexpr float kFarKey = 1e37f;
+
+class BodyLanes {
+ public:
+  LANE_FN explicit BodyLanes(const kernels::BodyQuery& q) {
+    const float sum = q.half[0] + q.half[1] + q.half[2];
+    for (int i = 0; i < 3; ++i) {
+      centre_[i] = F16(q.centre[i]), half_[i] = F16(q.half[i]), wide_[i] = F16(q.half[i] + kSlack * sum);
+    }
+    for (int i = 0; i < 9; ++i) turn_[i] = F16(q.R_body_cloud[i]), size_[i] = abs(turn_[i]);
+  }
+
+  /// Keys of sixteen points: x16 | y16 | z16.
+  LANE_FN F16 of_points(const float* p) const {
+    const F16 x = F16::load(p) - centre_[0], y = F16::load(p + 16) - centre_[1], z = F16::load(p + 32) - centre_[2];
+    F16 excess[3];
+#pragma GCC unroll 3
+    for (int i = 0; i < 3; ++i) excess[i] = abs(along(turn_ + 3 * i, x, y, z)) - half_[i];
+    return distance_key(excess[0], excess[1], excess[2]);
+  }
+
+  /// At most the keys of the points in each of sixteen boxes (low x, y, z, then high x, y, z): of the boxes about them
+  /// along the body's edges. Huge for an empty box.
+  LANE_FN F16 of_boxes(const float* box) const {
+    const F16 half(0.5f);
+    F16 middle[3], extent[3];
+#pragma GCC unroll 3
+    for (int i = 0; i < 3; ++i) {
+      const F16 low = F16::load(box + 16 * i) - centre_[i], high = F16::load(box + 48 + 16 * i) - centre_[i];
+      middle[i] = half * (low + high), extent[i] = half * (high - low);
+    }
+    const F16 reach = (abs(middle[0]) + extent[0]) + (abs(middle[1]) + extent[1]) + (abs(middle[2]) + extent[2]);
+    F16 excess[3];
+#pragma GCC unroll 3
+    for (int i = 0; i < 3; ++i) {
+      const F16 size = fma(F16(kSlack), reach, along(size_ + 3 * i, extent[0], extent[1], extent[2]));
+      excess[i] = abs(along(turn_ + 3 * i, middle[0], middle[1], middle[2])) - (wide_[i] + size);
+    }
+    return distance_key(excess[0], excess[1], excess[2]);
+  }
+
+ private:
+  /// Of a box's distance and size: more than the rounding of what comes of them, so that no box is farther than one of
+  /// its points. Some 20 times the unit of rounding, where 12 are needed.
+  static constexpr float kSlack = 1.2e-6f;
+
+  static LANE_FN F16 along(const F16* row, F16 x, F16 y, F16 z) {
+    return fma(row[0], x, fma(row[1], y, row[2] * z));
+  }
+
+  F16 centre_[3], half_[3], wide_[3];
+  F16 turn_[9], size_[9];
+};
+
+/// kernels::Kernels::any_point_within
+LANE_FN bool find_point_within(const kernels::TileTree& tree, const kernels::BodyQuery& q) {
+  const BodyLanes body(q);
+  const F16 limit(distance_key(q.limit));
+  const auto below = [](std::uint32_t node, std::uint32_t child) { return 16 * node + child; };
+  for (std::uint32_t top = 0; top < static_cast<std::uint32_t>(tree.groups / 16); ++top) {
+    std::uint32_t groups = bits(body.of_boxes(tree.group_boxes + std::size_t{96} * top) < limit);
+    for (; groups; groups &= groups - 1) {
+      const std::uint32_t group = below(top, static_cast<std::uint32_t>(__builtin_ctz(groups)));
+      std::uint32_t blocks = bits(body.of_boxes(tree.block_boxes + std::size_t{96} * group) < limit);
+      for (; blocks; blocks &= blocks - 1) {
+        const std::uint32_t block = below(group, static_cast<std::uint32_t>(__builtin_ctz(blocks)));
+        std::uint32_t tiles = bits(body.of_boxes(tree.tile_boxes + std::size_t{96} * block) < limit);
+        for (; tiles; tiles &= tiles - 1) {
+          const std::uint32_t tile = below(block, static_cast<std::uint32_t>(__builtin_ctz(tiles)));
+          if (any(body.of_points(tree.points + std::size_t{48} * tile) < limit)) return true;
+        }
+      }
+    }
+  }
+  return false;
+}
+
+/// Visits the lanes whose keys are below the limit, the least first; a visit may lower the limit.
+template <class F>
+LANE_FN void least_first(F16 keys, const float& limit, F&& visit) {
+  const F16 lanes = F16::load(kLaneNumbers), far(kFarKey);
+  for (;;) {
+    const float least = reduce_min(keys);
+    if (!(least < limit)) return;
+    const auto lane = static_cast<std::uint32_t>(__builtin_ctz(bits(keys <= F16(least))));
+    const F16 it(static_cast<float>(lane));
+    keys = select((lanes < it) | (lanes > it), keys, far);
+    visit(lane);
+  }
+}
+
+/// kernels::Kernels::nearest_to_body
+LANE_FN std::int64_t find_nearest_to_body(const kernels::TileTree& tree, const kernels::BodyQuery& q) {
+  const BodyLanes body(q);
+  float limit = distance_key(q.limit);
+  std::int64_t nearest = -1;
+  const auto look_into = [&](std::uint32_t group) __attribute__((always_inline)) {
+    least_first(
+        body.of_boxes(tree.block_boxes + std::size_t{96} * group),
+        limit, [&](std::uint32_t block_lane) __attribute__((always_inline)) {
+          const std::uint32_t block = 16 * group + block_lane;
+          least_first(
+              body.of_boxes(tree.tile_boxes + std::size_t{96} * block),
+              limit, [&](std::uint32_t tile_lane) __attribute__((always_inline)) {
+                const std::size_t tile = 16 * block + tile_lane;
+                const F16 keys = body.of_points(tree.points + 48 * tile);
+                const float least = reduce_min(keys);
+                if (!(least < limit)) return;
+                limit = least;
+                nearest = static_cast<std::int64_t>(16 * tile +
+                                                    static_cast<std::size_t>(__builtin_ctz(bits(keys <= F16(least)))));
+              });
+        });
+  };
+  // The most promising group first: what it holds rules out most others.
+  float least = limit;
+  const auto tops = static_cast<std::uint32_t>(tree.groups / 16);
+  std::uint32_t first = 16 * tops;
+  for (std::uint32_t top = 0; top < tops; ++top) {
+    const F16 keys = body.of_boxes(tree.group_boxes + std::size_t{96} * top);
+    const float here = reduce_min(keys);
+    if (here < least) {
+      least = here, first = 16 * top + static_cast<std::uint32_t>(__builtin_ctz(bits(keys <= F16(here))));
+    }
+  }
+  if (first == 16 * tops) return -1;
+#pragma GCC unroll 1
+  for (std::uint32_t top = 0; top <= tops; ++top) {
+    // Turn 0 is for the first group, so that the code of a visit is there once.
+    const F16 keys = top == 0 ? select(F16::load(kLaneNumbers) < F16(1.0f), F16(least), F16(kFarKey))
+                              : body.of_boxes(tree.group_boxes + std::size_t{96} * (top - 1));
+    least_first(
+        keys, limit, [&](std::uint32_t lane) __attribute__((always_inline)) {
+          const std::uint32_t group = top == 0 ? first : 16 * (top - 1) + lane;
+          if (top == 0 || group != first) look_into(group);
+        });
+  }
+  return nearest;
+}
+
+}  // namespace handhold::HANDHOLD_LANE
