@@ -9,6 +9,7 @@
 #include "model.h"
 
 #include "urdf.h"
+#include "vec3.h"
 
 namespace handhold::plan {
 
@@ -85,6 +86,11 @@ Joint checked_joint(const urdf::Joint& joint) {
   return {joint.name, !is_angle(joint), limits.lower, limits.upper, limits.velocity};
 }
 
+/// How far (m) a shape's farthest point is from its own origin.
+double extent_of(const Shape& shape) {
+  return shape.kind == Shape::Kind::kBox ? norm(shape.size) / 2 : shape.radius + shape.length / 2;
+}
+
 /// Builds an arm's model step by step.
 class Builder {
  public:
@@ -95,10 +101,11 @@ class Builder {
     for (const auto& [name, position] : rest_) joint_named(name, "rest");
     make_chain();
     check_hand();
-    add_link(*robot_.getRoot(), 0);
+    add_link(*robot_.getRoot(), 0, 0);
     model_.base_link = static_cast<std::size_t>(
         std::find(model_.link_names.begin(), model_.link_names.end(), model_.base) - model_.link_names.begin());
     measure_reach();
+    measure_sweeps();
   }
 
  private:
@@ -171,17 +178,20 @@ class Builder {
     return {Drive::By::kNothing, 0, 0, moves(joint) ? rest_position(joint, rest_) : 0};
   }
 
-  void add_link(const urdf::Link& link, std::size_t parent) {
+  /// @param joints  of the arm, that move the parent
+  void add_link(const urdf::Link& link, std::size_t parent, std::size_t joints) {
     const std::size_t index = model_.links.size();
     Link ours{link.name, parent, {}, {}};
     if (link.parent_joint) {
       ours.mount = mount_of(*link.parent_joint);
       ours.drive = drive_of(*link.parent_joint);
+      if (ours.drive.by == Drive::By::kArm) ++joints;
     }
     model_.links.push_back(std::move(ours));
+    model_.link_joints.push_back(joints);
     model_.link_names.push_back(link.name);
     for (const urdf::CollisionSharedPtr& collision : link.collision_array) add_shape(*collision, index);
-    for (const urdf::LinkSharedPtr& child : link.child_links) add_link(*child, index);
+    for (const urdf::LinkSharedPtr& child : link.child_links) add_link(*child, index, joints);
   }
 
   void add_shape(const urdf::Collision& collision, std::size_t link) {
@@ -217,6 +227,8 @@ class Builder {
       if (mount.motion == Mount::Motion::kNone) continue;
       const Joint& joint = model_.joints[met];
       if (met == 0) {
+        const KDL::Frame T_base_mount = T_joint_link * mount.T_parent_zero.Inverse();
+        std::copy(T_base_mount.p.data, T_base_mount.p.data + 3, model_.mount.begin());
         model_.shoulder = T_joint_link.p;
       } else {
         model_.reach += T_joint_link.p.Norm();
@@ -226,6 +238,35 @@ class Builder {
       ++met;
     }
     model_.last_joint = T_joint_link.Inverse().p;
+  }
+
+  /// From the links without children to the root: no point of a link's shapes, or of what hangs on it, is farther from
+  /// its origin than its own extent or the way to a child and that one's extent.
+  void measure_sweeps() {
+    model_.sweeps.assign(model_.joints.size(), 0);
+    std::vector<double> extents(model_.links.size(), 0);
+    for (const Shape& shape : model_.shapes) {
+      extents[shape.link] = std::max(extents[shape.link], norm(shape.T_link_shape.t) + extent_of(shape));
+    }
+    for (std::size_t i = model_.links.size(); i-- > 0;) {
+      const Link& link = model_.links[i];
+      if (link.drive.by == Drive::By::kArm) {
+        double& sweep = model_.sweeps[link.drive.joint];
+        sweep = std::max(sweep, std::fabs(link.drive.factor) * (slides(link) ? 1 : extents[i]));
+      }
+      double& parent = extents[link.parent];
+      parent = std::max(parent, link.mount.T_parent_zero.p.Norm() + farthest_slide(link) + extents[i]);
+    }
+  }
+  static bool slides(const Link& link) { return link.mount.motion == Mount::Motion::kSlide; }
+  double farthest_slide(const Link& link) const {
+    if (!slides(link)) return 0;
+    double low = 0, high = link.drive.by == Drive::By::kHand ? 1 : 0;
+    if (link.drive.by == Drive::By::kArm) {
+      low = model_.joints[link.drive.joint].lower, high = model_.joints[link.drive.joint].upper;
+    }
+    return std::max(std::fabs(link.drive.factor * low + link.drive.offset),
+                    std::fabs(link.drive.factor * high + link.drive.offset));
   }
 
   const urdf::ModelInterface& robot_;
@@ -291,6 +332,9 @@ const std::string& Arm::base() const {
 const std::string& Arm::tip() const {
   return model_->tip;
 }
+const Vector3& Arm::mount() const {
+  return model_->mount;
+}
 const std::vector<Joint>& Arm::joints() const {
   return model_->joints;
 }
@@ -302,6 +346,12 @@ const JointVector& Arm::rest() const {
 }
 const std::vector<std::string>& Arm::links() const {
   return model_->link_names;
+}
+const std::vector<std::size_t>& Arm::link_joints() const {
+  return model_->link_joints;
+}
+const std::vector<double>& Arm::sweeps() const {
+  return model_->sweeps;
 }
 const std::vector<Shape>& Arm::shapes() const {
   return model_->shapes;

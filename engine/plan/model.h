@@ -59,12 +59,16 @@ struct ArmModel {
   Hand hand;
   JointVector rest;
   std::vector<Joint> joints;
-  std::vector<Mount> mounts;            ///< base to tip
-  std::vector<std::string> link_names;  ///< of `links`
-  std::vector<Link> links;              ///< each after its parent
+  std::vector<Mount> mounts;             ///< base to tip
+  std::vector<std::string> link_names;   ///< of `links`
+  std::vector<Link> links;               ///< each after its parent
+  std::vector<std::size_t> link_joints;  ///< of `links`: how many of the arm's joints move it
   std::size_t base_link = 0;
   std::vector<Shape> shapes;
   std::vector<std::size_t> links_with_meshes;
+
+  std::vector<double> sweeps;  ///< m; of `joints`
+  Vector3 mount = {0, 0, 0};   ///< m; base frame: the link that the first joint hangs on
 
   // What may_reach() needs.
   KDL::Vector shoulder;    ///< m; base frame: the first joint

@@ -136,7 +136,8 @@ std::string with_flag(const std::string& option, const std::string& message) {
 }
 
 std::vector<std::string> join_lists(const std::vector<std::string>& arguments) {
-  const std::vector<std::string> lists = {"--radius", "--workspace", "--viewpoint"};
+  const std::vector<std::string> lists = {"--radius",      "--workspace", "--viewpoint",
+                                          "--camera-pose", "--table",     "--start"};
   std::vector<std::string> joined;
   for (std::size_t i = 0; i < arguments.size(); ++i) {
     joined.push_back(arguments[i]);

@@ -21,7 +21,8 @@ int run(int argc, char** argv) {
   app.require_subcommand(0, 1);
   bool version = false;
   app.add_flag("--version", version, "Print the version and exit");
-  std::vector<Subcommand> subcommands = {add_localize(app), add_batch(app), add_stream(app), add_simulate(app), add_evaluate(app)};
+  std::vector<Subcommand> subcommands = {add_localize(app), add_batch(app),    add_stream(app),
+                                         add_plan(app),     add_simulate(app), add_evaluate(app)};
   for (const Subcommand& subcommand : add_experiments(app)) subcommands.push_back(subcommand);
 
   std::vector<std::string> arguments = join_lists({argv + 1, argv + argc});

@@ -11,8 +11,8 @@ void add_preset_flags(CLI::App& app, OptionArguments& a, const std::string& grou
   add_text_flag(app, "--hand", a.hand, "NAME", "Options of a known hand: baxter", group);
 }
 
-Options effective_options(const OptionArguments& a) {
-  Options options;
+Options effective_options(const OptionArguments& a, const Options& defaults) {
+  Options options = defaults;
   if (!a.hand.empty()) {
     if (a.hand != "baxter") throw UsageError("--hand: unknown hand '" + a.hand + "'; must be 'baxter'");
     options = Options::baxter();

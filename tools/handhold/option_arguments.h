@@ -18,8 +18,8 @@ struct OptionArguments {
 /// Adds --config and --hand; what the user gives ends in `a`, which must outlive the parsing.
 void add_preset_flags(CLI::App& app, OptionArguments& a, const std::string& group);
 
-/// Defaults < --hand < --config < flags. @throws UsageError, OptionError or ConfigError that names what is wrong, and
+/// `defaults` < --hand < --config < flags. @throws UsageError, OptionError or ConfigError that names what is wrong, and
 /// where it was set
-Options effective_options(const OptionArguments& a);
+Options effective_options(const OptionArguments& a, const Options& defaults = {});
 
 }  // namespace handhold

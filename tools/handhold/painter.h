@@ -103,6 +103,17 @@ class Painter {
     canvas_.stroke(seen, 2.2 * unit_, color, 1);
   }
 
+  // Nothing hides it: what it shows is not in the cloud.
+  void draw_line(const std::vector<Vector3>& points, const Color& color) {
+    std::vector<Segment> segments;
+    for (std::size_t i = 0; i + 1 < points.size(); ++i) {
+      Segment s{};
+      if (project(points[i], points[i + 1], s)) segments.push_back(s);
+    }
+    canvas_.stroke(segments, 3 * unit_, kInk, 0.5f);
+    canvas_.stroke(segments, 1.5 * unit_, color, 1);
+  }
+
   // A curved part: its centre line and its outline as seen from the eye.
   void draw_tube(const std::vector<Vector3>& centre_line, double radius, const Color& color) {
     if (!view_ || centre_line.size() < 2) return;

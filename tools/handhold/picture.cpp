@@ -49,6 +49,7 @@ void write_picture(const std::string& path, const CloudView& cloud, const std::v
   }
   // The best one last: it lies on top. Its number comes first: it has the choice of places.
   for (std::size_t i = result.handles.size(); i-- > 0;) picture.draw_handle(result.handles[i], handle_color(i));
+  for (const PictureLine& line : options.lines) picture.draw_line(line.points, handle_color(line.handle));
   for (std::size_t i = 0; options.labels && i < result.handles.size(); ++i) {
     picture.draw_number(result.handles[i], std::to_string(i + 1), handle_color(i));
   }

@@ -10,13 +10,20 @@
 
 namespace handhold {
 
+/// A line in space, in the colour of a handle.
+struct PictureLine {
+  std::vector<Vector3> points;  ///< m; cloud's frame; at least two
+  std::size_t handle = 0;       ///< index into Result::handles
+};
+
 struct PictureOptions {
   /// px; 0: the organized cloud's size (times a whole number when that is below 640 x 480), 1280 x 960 for others; one
   /// of the two alone keeps the shape.
   int width = 0, height = 0;
-  bool affordances = true;           ///< the axis of each, cyan
-  bool labels = true;                ///< numbers of the handles (index + 1), and the legend at the bottom
-  std::vector<Sample> samples = {};  ///< a dot each, coloured by the step at which it ended
+  bool affordances = true;              ///< the axis of each, cyan
+  bool labels = true;                   ///< numbers of the handles (index + 1), and the legend at the bottom
+  std::vector<Sample> samples = {};     ///< a dot each, coloured by the step at which it ended
+  std::vector<PictureLine> lines = {};  ///< over the handles
 };
 
 /// Draws the cloud as its sensor saw it, and the affordances and handles of `result` over it. An organized cloud keeps

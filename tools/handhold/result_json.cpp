@@ -65,7 +65,24 @@ Json affordance_json(const Affordance& affordance) {
           {"radius", affordance.radius}, {"gap", affordance.gap},   {"observed_free", affordance.observed_free}};
 }
 
-/// One line per handle and per affordance: short, and still a text that a person or `diff` can read.
+}  // namespace
+
+Json handle_json(const Handle& handle) {
+  Json json = {{"center", handle.center},
+               {"axis", handle.axis},
+               {"approach", handle.approach},
+               {"radius", handle.radius},
+               {"length", handle.length},
+               {"confidence", handle.confidence},
+               {"arc", handle.arc},
+               {"residual", handle.residual},
+               {"observed_free", handle.observed_free},
+               {"normal_error", handle.normal_error},
+               {"affordances", handle.affordances}};
+  if (!handle.path.empty()) json["path"] = handle.path;
+  return json;
+}
+
 std::string to_lines(const Json& json) {
   std::string text = "{";
   const char* separator = "\n";
@@ -84,24 +101,6 @@ std::string to_lines(const Json& json) {
     text += "]";
   }
   return text + "\n}\n";
-}
-
-}  // namespace
-
-Json handle_json(const Handle& handle) {
-  Json json = {{"center", handle.center},
-               {"axis", handle.axis},
-               {"approach", handle.approach},
-               {"radius", handle.radius},
-               {"length", handle.length},
-               {"confidence", handle.confidence},
-               {"arc", handle.arc},
-               {"residual", handle.residual},
-               {"observed_free", handle.observed_free},
-               {"normal_error", handle.normal_error},
-               {"affordances", handle.affordances}};
-  if (!handle.path.empty()) json["path"] = handle.path;
-  return json;
 }
 
 std::string to_json(const CloudView& cloud, const Options& options, const Result& result, const RunTimes* times) {

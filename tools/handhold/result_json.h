@@ -14,6 +14,10 @@ namespace handhold {
 /// A handle by the names of the result.
 nlohmann::ordered_json handle_json(const Handle& handle);
 
+/// One line for every member, and for every element of its arrays: short, and still a text that a person or `diff` can
+/// read. Ends in a newline.
+std::string to_lines(const nlohmann::ordered_json& json);
+
 /// JSON of schema "handhold/1", ending in a newline. Numbers are the shortest that read back to the same bits; what is
 /// unset is null. Without times the text has nothing in it that a second run, or another number of threads, would
 /// change: neither times nor `options.threads`.

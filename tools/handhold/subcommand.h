@@ -19,6 +19,8 @@ Subcommand add_localize(CLI::App& parent);
 Subcommand add_batch(CLI::App& parent);
 /// `handhold stream`: frame after frame.
 Subcommand add_stream(CLI::App& parent);
+/// `handhold plan`: from a cloud to grasps of an arm.
+Subcommand add_plan(CLI::App& parent);
 /// `handhold simulate`: from scenes to clouds and truth.
 Subcommand add_simulate(CLI::App& parent);
 /// `handhold evaluate`: results against the truth.

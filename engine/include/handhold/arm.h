@@ -123,6 +123,8 @@ class Arm {
 
   const std::string& base() const;
   const std::string& tip() const;
+  /// Where the arm is fixed (m): the origin of the link that its first joint hangs on. Of Baxter: the arm mount.
+  const Vector3& mount() const;
   /// From base to tip.
   const std::vector<Joint>& joints() const;
   const Hand& hand() const;
@@ -137,6 +139,11 @@ class Arm {
   const std::vector<std::string>& links() const;
   /// @throws std::invalid_argument when there is no such link
   std::size_t link_index(const std::string& name) const;
+  /// Of each link, how many of the arm's joints move it. All: it moves with the tip, as the hand and its fingers do.
+  const std::vector<std::size_t>& link_joints() const;
+  /// Of each joint: nothing that it moves is farther from its axis than this (m), wherever the other joints stand. How
+  /// far a change of it can move the robot.
+  const std::vector<double>& sweeps() const;
   /// T_base_link of every link, in the order of links().
   /// @param opening  of the hand (m), brought into its range; none: open
   std::vector<Pose> link_poses(const JointVector& q, std::optional<double> opening = std::nullopt) const;
