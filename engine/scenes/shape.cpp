@@ -158,20 +158,27 @@ void Shape::add_vessel(const std::vector<WallRing>& wall, double floor, const Po
   const WallRing *below = &wall[0], *above = &wall[1];
   for (std::size_t i = 1; i < wall.size() && wall[i - 1].z <= floor_z; ++i) below = &wall[i - 1], above = &wall[i];
   const double s = (floor_z - below->z) / (above->z - below->z);
-  profile.push_back({below->inner + s * (above->inner - below->inner), floor_z});
+  const WallRing at_floor = {floor_z, below->outer + s * (above->outer - below->outer),
+                             below->inner + s * (above->inner - below->inner)};
+  profile.push_back({at_floor.inner, floor_z});
   profile.push_back({0, floor_z});
   add(revolve(profile, kSegments), T);
 
-  std::vector<Vector3> bottom = ring(wall.front().outer, wall.front().z, kPieceSegments);
-  append(bottom, ring(below->outer + s * (above->outer - below->outer), floor_z, kPieceSegments));
+  // The floor's piece is as high as the floor; only above it the wall is cut, so that the vessel stands on one piece.
+  std::vector<Vector3> bottom = ring(at_floor.outer, floor_z, kPieceSegments);
+  std::vector<WallRing> upper = {at_floor};
+  for (const WallRing& w : wall) {
+    if (w.z < floor_z) append(bottom, ring(w.outer, w.z, kPieceSegments));
+    if (w.z > floor_z) upper.push_back(w);
+  }
   add_piece(bottom, T);
   // The pieces' inner faces are chords: moved outwards by half of what they cut off, they keep the volume.
   const double chord = 2 / (1 + std::cos(kHalfTurn / kSectors));
-  for (std::size_t i = 0; i + 1 < wall.size(); ++i) {
+  for (std::size_t i = 0; i + 1 < upper.size(); ++i) {
     for (int sector = 0; sector < kSectors; ++sector) {
       const double from = 2 * kHalfTurn * sector / kSectors, to = 2 * kHalfTurn * (sector + 1) / kSectors;
       std::vector<Vector3> points;
-      for (const WallRing* w : {&wall[i], &wall[i + 1]}) {
+      for (const WallRing* w : {&upper[i], &upper[i + 1]}) {
         append(points, ring(w->outer, w->z, 4, from, to));
         append(points, ring(chord * w->inner, w->z, 1, from, to));
       }
