@@ -88,6 +88,7 @@ void PlannerOptions::validate() const {
   require(at_least(hand_clearance, 0), "hand_clearance", "at least 0 m");
   require(at_least(self_clearance, 0), "self_clearance", "at least 0 m");
   require(at_least(arm_clearance, 0), "arm_clearance", "at least 0 m");
+  require(joints_apart >= 1, "joints_apart", "at least 1");
   require(at_least(step, 1e-3), "step", "at least 0.001 rad");
   require(speed > 0 && speed <= 1, "speed", "above 0, up to 1");
   require(approach_speed > 0 && approach_speed <= 1, "approach_speed", "above 0, up to 1");
@@ -360,7 +361,7 @@ PlannerOptions checked(const Arm& arm, PlannerOptions options) {
 
 GraspPlanner::GraspPlanner(const Arm& arm, const PlannerOptions& options) {
   PlannerOptions ours = checked(arm, options);
-  const Clearances clearances = {ours.hand_clearance, ours.self_clearance, ours.arm_clearance};
+  const Clearances clearances = {ours.hand_clearance, ours.self_clearance, ours.arm_clearance, ours.joints_apart};
   impl_.reset(new Impl{arm, std::move(ours), RobotCheck(arm, clearances), {}});
 }
 GraspPlanner::~GraspPlanner() = default;

@@ -31,8 +31,8 @@ RobotCheck::RobotCheck(const Arm& arm, const Clearances& clearances)
   choose_pairs();
 }
 
-/// Links that hang on each other touch there by design. So do, in any posture that matters, those that touch at rest
-/// or nearly always: their shapes are rough.
+/// Links that are near each other in the chain touch there by design. So do, in any posture that matters, those that
+/// touch at rest or nearly always: their shapes are rough.
 void RobotCheck::choose_pairs() {
   const std::vector<Shape>& shapes = arm_.shapes();
   const std::vector<std::size_t>& joints = arm_.link_joints();
@@ -40,7 +40,7 @@ void RobotCheck::choose_pairs() {
   for (std::size_t a = 0; a < shapes.size(); ++a) {
     for (std::size_t b = 0; b < a; ++b) {
       const std::size_t of_a = joints[shapes[a].link], of_b = joints[shapes[b].link];
-      if (std::max(of_a, of_b) > std::min(of_a, of_b) + 1) pairs.emplace_back(a, b);
+      if (std::max(of_a, of_b) > std::min(of_a, of_b) + clearances_.joints_apart) pairs.emplace_back(a, b);
     }
   }
 

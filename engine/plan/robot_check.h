@@ -10,9 +10,9 @@
 
 namespace handhold::plan {
 
-/// m
 struct Clearances {
-  double hand = 0, self = 0, arm = 0;
+  double hand = 0, self = 0, arm = 0;  ///< m
+  std::size_t joints_apart = 1;        ///< as PlannerOptions::joints_apart
 };
 
 class RobotCheck {

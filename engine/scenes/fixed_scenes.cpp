@@ -1,6 +1,10 @@
 // The scenes of the paper's experiments: the same on every run.
+#include <algorithm>
 #include <cmath>
+#include <iterator>
+#include <utility>
 
+#include "draw.h"
 #include "handhold/random_scene.h"
 #include "placement.h"
 
@@ -42,7 +46,52 @@ SceneFile scene_of(const std::string& name, const std::vector<Place>& places, co
   return file;
 }
 
+/// Of Table 1.
+constexpr const char* kObjects[] = {"blue_bottle", "purex_bottle", "all_bottle", "carrying_case",
+                                    "brush_1",     "pot",          "plunger",    "sprayer",
+                                    "dust_pan",    "brush_2",      "sponge",     "lint_roller"};
+
+/// `count` of them, each at most once.
+std::vector<const char*> drawn(Draw& draw, std::size_t count) {
+  std::vector<const char*> objects(std::begin(kObjects), std::end(kObjects));
+  for (std::size_t i = 0; i < count; ++i) std::swap(objects[i], objects[i + draw.index(objects.size() - i)]);
+  objects.resize(count);
+  return objects;
+}
+
+/// Puts an object beside the others; false when no place was found.
+bool put(SceneFile& file, const char* family, std::vector<Resting>& others, Draw& draw) {
+  constexpr double kGap = 0.03, kHalfWidth = 0.26, kNear = -0.16, kFar = 0.16;  // m
+  const Resting thing = at_rest(family, family, {}, {});
+  for (int i = 0; i < 200; ++i) {
+    const double x = draw.uniform(-kHalfWidth, kHalfWidth), y = draw.uniform(kNear, kFar);
+    // Handles point to +x in their objects; the camera stands at -y.
+    const Resting here = moved(thing, x, y, 0, draw.uniform(-155, -15) * kDegree);
+    const auto clear = [&](const Resting& other) { return apart(here.footprint, other.footprint, kGap); };
+    if (!std::all_of(others.begin(), others.end(), clear)) continue;
+    others.push_back(here);
+    file.objects.push_back(here.object);
+    return true;
+  }
+  return false;
+}
+
 }  // namespace
+
+std::vector<SceneFile> clear_table_scenes(std::uint64_t seed, int count) {
+  constexpr std::size_t kThings = 5;
+  std::vector<SceneFile> scenes;
+  for (std::uint32_t series = 1; scenes.size() < static_cast<std::size_t>(count); ++series) {
+    Draw draw(seed, series);
+    SceneFile file = scene_of("clear_" + std::to_string(scenes.size() + 1), {}, {0, -0.62, 0.60}, {0, 0, 0.05},
+                              seed + scenes.size());
+    std::vector<Resting> things;
+    bool all = true;
+    for (const char* family : drawn(draw, kThings)) all = all && put(file, family, things, draw);
+    if (all) scenes.push_back(std::move(file));
+  }
+  return scenes;
+}
 
 std::vector<SceneFile> paper_scenes() {
   // Places for which the camera sees all parts of every object, found by trying many.
@@ -91,9 +140,6 @@ std::vector<SceneFile> paper_scenes() {
 }
 
 std::vector<SceneFile> single_object_scenes() {
-  constexpr const char* kObjects[] = {"blue_bottle", "purex_bottle", "all_bottle", "carrying_case",
-                                      "brush_1",     "pot",          "plunger",    "sprayer",
-                                      "dust_pan",    "brush_2",      "sponge",     "lint_roller"};
   // Handles point to +x in their objects; the camera stands at -y: half a turn's range shows them to it.
   constexpr double kYaws[] = {-150, -110, -65, -20};
   constexpr Point2 kPositions[] = {{0, 0}, {-0.16, 0.08}, {0.15, -0.06}};

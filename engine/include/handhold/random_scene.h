@@ -48,4 +48,8 @@ std::vector<SceneFile> paper_scenes();
 /// Each of the twelve objects alone, in four orientations at three positions: 144 scenes.
 std::vector<SceneFile> single_object_scenes();
 
+/// Clear-the-table scenes (paper, Table 2): five of the twelve objects, drawn and placed at random, at least 30 mm
+/// apart, with what one holds them by on the camera's side. The same seed gives the same scenes.
+std::vector<SceneFile> clear_table_scenes(std::uint64_t seed, int count);
+
 }  // namespace handhold::sensor

@@ -17,7 +17,8 @@ std::vector<Subcommand> add_experiments(CLI::App& parent) {
   std::vector<Subcommand> subcommands = {{app, nothing_chosen}};
   for (const Subcommand& experiment :
        {experiments::add_fig8(*app), experiments::add_fig9(*app), experiments::add_axis(*app),
-        experiments::add_density(*app), experiments::add_tracking(*app)}) {
+        experiments::add_density(*app), experiments::add_tracking(*app), experiments::add_table1(*app),
+        experiments::add_table2(*app)}) {
     subcommands.push_back({experiment.app, [experiment] {
                              if (const char* problem = kernels::isa_error()) throw UsageError(problem);
                              return experiment.run();

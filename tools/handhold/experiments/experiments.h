@@ -15,5 +15,9 @@ Subcommand add_axis(CLI::App& parent);
 Subcommand add_density(CLI::App& parent);
 /// What a tracker finds with few samples.
 Subcommand add_tracking(CLI::App& parent);
+/// Single objects grasped in physics (Table 1).
+Subcommand add_table1(CLI::App& parent);
+/// A table cleared in physics (Table 2).
+Subcommand add_table2(CLI::App& parent);
 
 }  // namespace handhold::experiments

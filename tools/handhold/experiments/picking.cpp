@@ -1,0 +1,309 @@
+#include "picking.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "text.h"
+
+namespace handhold::experiments {
+namespace {
+
+using evaluation::format;
+
+constexpr double kPi = 3.141592653589793;
+constexpr double kDrop = 0.002;        // m; things start so far above the table
+constexpr double kSettle = 4;          // s; at most
+constexpr double kClosing = 0.8;       // s; the fingers need for their stroke, and to press
+constexpr double kCarrySpeed = 0.2;    // share of the joints' limits, with something in the hand
+constexpr double kAboveBox = 0.3;      // m; of the hand over the rim: what it holds hangs from it
+constexpr double kTableHeight = 0.04;  // m; thickness of the board
+
+double distance(const Vector3& a, const Vector3& b) {
+  return std::hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]);
+}
+
+plan::Body box_at(const Vector3& size, const plan::Pose& T) {
+  plan::Body body;
+  body.kind = plan::Shape::Kind::kBox;
+  body.size = size;
+  body.T_base_body = T;
+  return body;
+}
+
+/// Table and box are known: a robot is told where they stand.
+void add_known(plan::Obstacles& obstacles, const physics::WorldOptions& world) {
+  obstacles.add("table", box_at(world.table.size, world.table.T_world_table));
+  const physics::Bin& bin = world.bin;
+  const double x = bin.inner[0], y = bin.inner[1], z = bin.inner[2], w = bin.wall;
+  const plan::Pose& T = bin.T_world_bin;
+  obstacles.add("box", box_at({x + 2 * w, y + 2 * w, w}, T * sensor::translation(0, 0, -w / 2)));
+  for (const int side : {-1, 1}) {
+    obstacles.add("box", box_at({w, y + 2 * w, z}, T * sensor::translation(side * (x + w) / 2, 0, z / 2)));
+    obstacles.add("box", box_at({x + 2 * w, w, z}, T * sensor::translation(0, side * (y + w) / 2, z / 2)));
+  }
+}
+
+plan::PlannerOptions planner_options() {
+  plan::PlannerOptions options;
+  options.max_grasps = 1;
+  return options;
+}
+
+std::string joined(const std::vector<plan::Rejection>& rejected) {
+  std::string text;
+  for (const plan::Rejection& rejection : rejected) {
+    text += (text.empty() ? "" : ", ") + std::string(plan::to_string(rejection.reason));
+    if (!rejection.what.empty()) text += " (" + rejection.what + ")";
+  }
+  return text;
+}
+
+}  // namespace
+
+const char* to_string(Ending ending) {
+  switch (ending) {
+    case Ending::kGrasped:
+      return "grasped";
+    case Ending::kNotLocalized:
+      return "not localized";
+    case Ending::kNoPlan:
+      return "no plan";
+    case Ending::kMissed:
+      return "missed";
+    case Ending::kSlipped:
+      return "slipped";
+    case Ending::kBesideBox:
+      return "beside the box";
+  }
+  return "";
+}
+
+Workplace workplace(const plan::ElectricGripper& gripper) {
+  Workplace place;
+  place.world.gripper = gripper;
+  place.world.table.size = {0.7, 1.2, kTableHeight};
+  place.world.table.T_world_table = sensor::translation(0.85, 0, -0.15 - kTableHeight / 2);
+  place.world.bin.inner = {0.5, 0.5, 0.3};
+  place.world.bin.T_world_bin = sensor::translation(0.35, -0.95, -0.45);
+  // Scenes are seen from their -y; the robot looks along +x. The table's top is z = -0.15.
+  place.T_base_scene = sensor::translation(0.72, -0.1, -0.15) * sensor::rotation({0, 0, 1}, -kPi / 2);
+  place.T_base_camera = sensor::look_at({0.15, 0, 0.38}, {0.72, -0.06, -0.08});
+  place.camera = sensor::CameraOptions::xtion();
+  return place;
+}
+
+bool can_hold(const plan::ElectricGripper& gripper, double diameter, double clearance) {
+  return diameter > std::max(0.0, gripper.opening_closed()) + 0.001 &&
+         diameter + 2 * clearance <= gripper.opening_open();
+}
+
+plan::ElectricGripper gripper_for(const std::vector<std::string>& families) {
+  const double clearance = plan::PlannerOptions().finger_clearance;
+  plan::ElectricGripper best;
+  std::size_t most = 0;
+  using Tip = plan::ElectricGripper::Tip;
+  // Hard tips first: flat ones hold better. The middle of the range first.
+  for (const Tip tip : {Tip::kHard, Tip::kHalfRound}) {
+    for (const int slot : {2, 1, 3, 4}) {
+      plan::ElectricGripper gripper;
+      gripper.slot = slot;
+      gripper.tip = tip;
+      std::size_t held = 0;
+      for (const std::string& family : families) {
+        const sensor::Object object = sensor::make_object(family);
+        held += std::any_of(object.parts.begin(), object.parts.end(), [&](const sensor::Part& part) {
+          return part.confidence >= 0.5 && can_hold(gripper, 2 * part.radius, clearance);
+        });
+      }
+      if (held > most) most = held, best = gripper;
+    }
+  }
+  return best;
+}
+
+std::vector<physics::Thing> things_of(const sensor::SceneFile& file, const plan::Pose& T_base_scene) {
+  std::vector<physics::Thing> things;
+  for (const sensor::SceneObject& object : file.objects) {
+    if (object.family == "board") continue;
+    physics::Thing thing;
+    thing.name = object.name;
+    thing.family = object.family;
+    thing.sizes = object.sizes;
+    thing.material = object.material;
+    thing.T_world_object = sensor::translation(0, 0, kDrop) * T_base_scene * object.T_world_object;
+    for (const physics::ObjectFacts& facts : physics::paper_objects()) {
+      if (facts.family == object.family) thing.mass = facts.mass, thing.friction = facts.friction;
+    }
+    things.push_back(thing);
+  }
+  return things;
+}
+
+Picker::Picker(const Workplace& place, const std::vector<physics::Thing>& things, const Options& localizer)
+    : place_(place),
+      world_(place.world, things),
+      options_(localizer),
+      planner_(world_.arm(), planner_options()),
+      at_(world_.arm().rest()) {
+  add_known(planner_.obstacles(), place_.world);
+}
+
+bool Picker::settle() {
+  return world_.settle(kSettle);
+}
+
+std::vector<std::size_t> Picker::left() const {
+  const physics::Table& table = place_.world.table;
+  std::vector<std::size_t> things;
+  for (std::size_t i = 0; i < world_.things().size(); ++i) {
+    if (!world_.in_bin(i) && world_.center_of_mass(i)[2] > table.T_world_table.t[2]) things.push_back(i);
+  }
+  return things;
+}
+
+void Picker::see(std::uint64_t seed) {
+  sensor::CameraOptions camera = place_.camera;
+  camera.seed = seed;
+  const sensor::Frame frame = sensor::DepthCamera(camera).capture(world_.scene(), place_.T_base_camera);
+  Options options = options_;
+  options.seed = seed;
+  look_ = {};
+  look_.cloud = frame.cloud;
+  look_.T_base_camera = place_.T_base_camera;
+  Localizer localizer(options);
+  look_.result = localizer.localize(look_.cloud.view());
+  plan::CloudObstacleOptions seen;
+  const std::vector<plan::Pose> links = world_.arm().link_poses(at_);
+  for (const plan::Shape& shape : world_.arm().shapes()) seen.own.push_back(plan::placed(shape, links[shape.link]));
+  planner_.obstacles().set_cloud(look_.cloud.view(), place_.T_base_camera, seen);
+  look_.plan = planner_.plan(look_.result.handles, place_.T_base_camera);
+}
+
+std::optional<std::size_t> Picker::held() const {
+  for (std::size_t i = 0; i < world_.things().size(); ++i) {
+    if (world_.held(i)) return i;
+  }
+  return std::nullopt;
+}
+
+std::size_t Picker::nearest_to(const Vector3& p) const {
+  std::size_t best = 0;
+  double least = std::numeric_limits<double>::infinity();
+  for (std::size_t i = 0; i < world_.things().size(); ++i) {
+    const double far = distance(world_.center_of_mass(i), p);
+    if (far < least) least = far, best = i;
+  }
+  return best;
+}
+
+void Picker::go(const plan::JointVector& to, double opening) {
+  const std::vector<plan::JointVector> path = planner_.straight(at_, to);
+  world_.follow(path, planner_.times(path, kCarrySpeed), opening);
+  at_ = to;
+}
+
+/// Above the middle of the box. The hand points down, as far as the arm can: a closed handle slides off its fingers
+/// then, and would hang on them otherwise.
+std::optional<plan::JointVector> Picker::over_box(const plan::JointVector& from) const {
+  const plan::Arm& arm = world_.arm();
+  const physics::Bin& bin = place_.world.bin;
+  const Vector3& floor = bin.T_world_bin.t;
+  const plan::Pose above = sensor::translation(floor[0], floor[1], floor[2] + bin.inner[2] + kAboveBox);
+  constexpr int kTurns = 12;
+  for (const double tilt : {0.0, 0.35, 0.7}) {
+    std::optional<plan::JointVector> best;
+    double least = std::numeric_limits<double>::infinity();
+    for (int towards = 0; towards < (tilt > 0 ? kTurns : 1); ++towards) {
+      for (int turn = 0; turn < kTurns; ++turn) {
+        const plan::Pose pose = above * sensor::rotation({0, 0, 1}, 2 * kPi * towards / kTurns) *
+                                sensor::rotation({1, 0, 0}, kPi - tilt) *
+                                sensor::rotation({0, 0, 1}, 2 * kPi * turn / kTurns);
+        plan::IkOptions ik;
+        ik.reference = from;
+        ik.restarts = 6;
+        ik.fallback_restarts = 0;
+        const auto q = arm.inverse(pose, ik);
+        if (!q) continue;
+        double way = 0;
+        for (std::size_t j = 0; j < q->size(); ++j) way = std::max(way, std::fabs((*q)[j] - from[j]));
+        if (way >= least || planner_.hit(planner_.straight(from, *q), 0, false)) continue;
+        least = way, best = q;
+      }
+    }
+    if (best) return best;
+  }
+  return std::nullopt;
+}
+
+/// To the box, by way of where the arm was before when there is no straight way. False: there is none at all.
+bool Picker::carry(const plan::JointVector& home) {
+  const auto straight = over_box(at_);
+  if (straight) {
+    go(*straight, 0);
+    return true;
+  }
+  if (planner_.hit(planner_.straight(at_, home), 0, false)) return false;
+  const auto over = over_box(home);
+  if (!over) return false;
+  go(home, 0);
+  go(*over, 0);
+  return true;
+}
+
+Attempt Picker::attempt(std::uint64_t seed) {
+  Attempt attempt;
+  const double begin = world_.time();
+  see(seed);
+  std::vector<plan::Pose> before;
+  for (std::size_t i = 0; i < world_.things().size(); ++i) before.push_back(world_.pose(i));
+  const auto finish = [&](Ending ending, const std::string& why) {
+    attempt.ending = ending;
+    attempt.why = why;
+    attempt.seconds = world_.time() - begin;
+    for (std::size_t i = 0; i < before.size(); ++i) {
+      if (!world_.in_bin(i)) attempt.pushed = std::max(attempt.pushed, distance(before[i].t, world_.pose(i).t));
+    }
+    return attempt;
+  };
+  if (look_.result.handles.empty()) return finish(Ending::kNotLocalized, "no handle");
+  if (look_.plan.grasps.empty()) return finish(Ending::kNoPlan, joined(look_.plan.rejected));
+
+  const plan::Grasp& grasp = look_.plan.grasps.front();
+  const plan::JointVector home = at_;
+  world_.follow(grasp.path, grasp.times, grasp.opening);
+  at_ = grasp.path.back();
+  attempt.thing = nearest_to(grasp.grasp.t);
+  world_.command(at_, 0);
+  world_.step(kClosing);
+  const std::optional<std::size_t> thing = held();
+  if (!thing) {
+    // Back the way that it came, with an open hand.
+    world_.command(at_, grasp.opening);
+    world_.step(kClosing);
+    std::vector<plan::JointVector> back(grasp.path.rbegin(), grasp.path.rend());
+    world_.follow(back, planner_.times(back, kCarrySpeed), grasp.opening);
+    at_ = home;
+    settle();
+    return finish(Ending::kMissed,
+                  format("closed to %.1f mm on a part of %.1f mm", 1000 * world_.opening(), 1000 * grasp.width));
+  }
+  attempt.thing = thing;
+  world_.follow(grasp.lift_path, grasp.lift_times, 0);
+  at_ = grasp.lift_path.back();
+  const bool lifted = world_.held(*thing);
+  const bool led = lifted && carry(home);
+  const bool carried = led && world_.held(*thing);
+  world_.command(at_, world_.arm().hand().opening_max);
+  world_.step(kClosing);
+  go(home, world_.arm().hand().opening_max);
+  settle();
+  const std::string& name = world_.things()[*thing].name;
+  if (world_.in_bin(*thing)) return finish(Ending::kGrasped, name);
+  if (!lifted) return finish(Ending::kSlipped, name + " was lost while it was lifted");
+  if (!led) return finish(Ending::kNoPlan, name + " was lifted, but there was no way to the box");
+  if (!carried) return finish(Ending::kSlipped, name + " was lost on the way to the box");
+  return finish(Ending::kBesideBox, name);
+}
+
+}  // namespace handhold::experiments
