@@ -12,12 +12,14 @@ namespace {
 using evaluation::format;
 
 constexpr double kPi = 3.141592653589793;
-constexpr double kDrop = 0.002;        // m; things start so far above the table
-constexpr double kSettle = 4;          // s; at most
-constexpr double kClosing = 0.8;       // s; the fingers need for their stroke, and to press
-constexpr double kCarrySpeed = 0.2;    // share of the joints' limits, with something in the hand
-constexpr double kAboveBox = 0.3;      // m; of the hand over the rim: what it holds hangs from it
-constexpr double kTableHeight = 0.04;  // m; thickness of the board
+constexpr double kDrop = 0.002;      // m; things start so far above the table
+constexpr double kSettle = 4;        // s; at most
+constexpr double kClosing = 0.8;     // s; the fingers need for their stroke, and to press
+constexpr double kCarrySpeed = 0.2;  // share of the joints' limits, with something in the hand
+constexpr int kShakes = 6;
+constexpr double kShake = 0.7, kShakeSpeed = 0.6;  // rad; share of the wrist's limit
+constexpr double kAboveBox = 0.3;                  // m; of the hand over the rim: what it holds hangs from it
+constexpr double kTableHeight = 0.04;              // m; thickness of the board
 
 double distance(const Vector3& a, const Vector3& b) {
   return std::hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]);
@@ -84,8 +86,8 @@ Workplace workplace(const plan::ElectricGripper& gripper) {
   place.world.gripper = gripper;
   place.world.table.size = {0.7, 1.2, kTableHeight};
   place.world.table.T_world_table = sensor::translation(0.85, 0, -0.15 - kTableHeight / 2);
-  place.world.bin.inner = {0.5, 0.5, 0.3};
-  place.world.bin.T_world_bin = sensor::translation(0.35, -0.95, -0.45);
+  place.world.bin.inner = {0.6, 0.6, 0.3};
+  place.world.bin.T_world_bin = sensor::translation(0.35, -0.97, -0.45);
   // Scenes are seen from their -y; the robot looks along +x. The table's top is z = -0.15.
   place.T_base_scene = sensor::translation(0.72, -0.1, -0.15) * sensor::rotation({0, 0, 1}, -kPi / 2);
   place.T_base_camera = sensor::look_at({0.15, 0, 0.38}, {0.72, -0.06, -0.08});
@@ -251,6 +253,31 @@ bool Picker::carry(const plan::JointVector& home) {
   return true;
 }
 
+/// What hangs on an open hand - a closed handle may, with its edge wedged against a finger - falls when the wrist turns
+/// to and fro.
+void Picker::shake_off(std::size_t thing) {
+  const plan::JointVector q = at_;
+  const plan::Joint& wrist = world_.arm().joints().back();
+  for (int i = 0; i < kShakes && touches_hand(thing); ++i) {
+    plan::JointVector turned = q;
+    turned.back() = std::clamp(q.back() + (i % 2 ? -kShake : kShake), wrist.lower, wrist.upper);
+    const std::vector<plan::JointVector> path = planner_.straight(at_, turned);
+    world_.follow(path, planner_.times(path, kShakeSpeed), world_.arm().hand().opening_max);
+    at_ = turned;
+  }
+  world_.step(kClosing);
+}
+
+bool Picker::touches_hand(std::size_t thing) const {
+  const std::vector<std::string> others = world_.touching(thing);
+  const plan::Arm& arm = world_.arm();
+  for (std::size_t link = 0; link < arm.links().size(); ++link) {
+    if (arm.link_joints()[link] != arm.joints().size()) continue;
+    if (std::count(others.begin(), others.end(), arm.links()[link])) return true;
+  }
+  return false;
+}
+
 Attempt Picker::attempt(std::uint64_t seed) {
   Attempt attempt;
   const double begin = world_.time();
@@ -294,8 +321,10 @@ Attempt Picker::attempt(std::uint64_t seed) {
   const bool lifted = world_.held(*thing);
   const bool led = lifted && carry(home);
   const bool carried = led && world_.held(*thing);
+  const Vector3 let_go = world_.center_of_mass(*thing);
   world_.command(at_, world_.arm().hand().opening_max);
   world_.step(kClosing);
+  shake_off(*thing);
   go(home, world_.arm().hand().opening_max);
   settle();
   const std::string& name = world_.things()[*thing].name;
@@ -303,7 +332,9 @@ Attempt Picker::attempt(std::uint64_t seed) {
   if (!lifted) return finish(Ending::kSlipped, name + " was lost while it was lifted");
   if (!led) return finish(Ending::kNoPlan, name + " was lifted, but there was no way to the box");
   if (!carried) return finish(Ending::kSlipped, name + " was lost on the way to the box");
-  return finish(Ending::kBesideBox, name);
+  const Vector3& box = place_.world.bin.T_world_bin.t;
+  return finish(Ending::kBesideBox, format("%s was let go %.0f mm beside the middle of the box", name.c_str(),
+                                           1000 * std::hypot(let_go[0] - box[0], let_go[1] - box[1])));
 }
 
 }  // namespace handhold::experiments

@@ -81,6 +81,8 @@ class Picker {
   void see(std::uint64_t seed);
   bool carry(const plan::Grasp& grasp);
   void go(const plan::JointVector& to, double opening);
+  void shake_off(std::size_t thing);
+  bool touches_hand(std::size_t thing) const;
   bool carry(const plan::JointVector& home);
   std::optional<std::size_t> held() const;
   std::optional<plan::JointVector> over_box(const plan::JointVector& from) const;
