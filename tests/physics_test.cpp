@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <random>
+#include <set>
 
 #include "arm_helpers.h"
 #include "physics_helpers.h"
@@ -174,6 +175,14 @@ TEST(PhysicsThings, LieInTheBinOrBesideIt) {
   EXPECT_EQ(world.touching(0), std::vector<std::string>{"bin"});
 }
 
+TEST(PhysicsThings, FallToTheFloorBesideTheTable) {
+  const WorldOptions options;
+  World world(options, {on_table("sponge", 0.85, options.table.size[1] / 2 + 0.03)});
+  ASSERT_TRUE(world.settle(3));
+  EXPECT_EQ(world.touching(0), std::vector<std::string>{"floor"});
+  EXPECT_NEAR(lowest_point(world, 0), options.floor, 5e-4);
+}
+
 TEST(PhysicsThings, AreMovedByAnArmThatHitsThem) {
   WorldOptions options;
   const plan::Arm arm = plan::Arm::baxter(options.side, options.gripper);
@@ -184,15 +193,17 @@ TEST(PhysicsThings, AreMovedByAnArmThatHitsThem) {
   ASSERT_TRUE(world.settle(2));
   const Vector3 before = world.center_of_mass(0);
   const Way way = straight(arm, *start, from_above(0.7, -0.25, kTableTop + 0.06));
-  std::vector<std::string> touched;
+  std::set<std::pair<std::string, std::string>> contacts;
   world.follow(way.path, way.times, 0.05, [&] {
-    const std::vector<std::string> now = world.touching(0);
-    touched.insert(touched.end(), now.begin(), now.end());
+    for (const auto& contact : world.robot_contacts()) contacts.insert(contact);
     return true;
   });
   EXPECT_GT(distance(world.center_of_mass(0), before), 0.05);
-  const auto is_finger = [](const std::string& name) { return name.find("finger") != std::string::npos; };
-  EXPECT_TRUE(std::any_of(touched.begin(), touched.end(), is_finger));
+  EXPECT_FALSE(contacts.empty());
+  for (const auto& [link, other] : contacts) {
+    EXPECT_NE(link.find("gripper"), std::string::npos) << link;
+    EXPECT_EQ(other, "blue_bottle");
+  }
 }
 
 // ---- Grasps ---------------------------------------------------------------------------------------------------------
@@ -276,6 +287,30 @@ TEST_F(PhysicsGrasp, HoldsAKilogramByFrictionAloneAndLetsGoWithTooLittle) {
   }
 }
 
+TEST_F(PhysicsGrasp, HoldsAHandleThatLiesOnTheTable) {
+  const Thing thing = on_table("dust_pan", kX, kY, 90 * kDegree);
+  const sensor::Part handle =
+      sensor::transformed(sensor::make_object(thing.family).parts.front(), thing.T_world_object);
+  WorldOptions lying = options();
+  lying.gripper.slot = 2;
+  const double x = handle.center[0], y = handle.center[1], z = handle.center[2] - 0.012;
+  const double yaw = std::atan2(handle.axis[1], handle.axis[0]);  // the fingers close across it
+  const plan::Arm arm = plan::Arm::baxter(lying.side, lying.gripper);
+  lying.start = arm.inverse(from_above(x, y, z + 0.1, yaw)).value();
+  World world(lying, {thing});
+  ASSERT_TRUE(world.settle(2));
+  const Way down = straight(arm, lying.start, from_above(x, y, z, yaw));
+  follow(world, down, 0.05);
+  world.command(down.path.back(), 0);
+  world.step(0.8);
+  const double height = world.center_of_mass(0)[2];
+  follow(world, straight(arm, down.path.back(), from_above(x, y, z + 0.15, yaw)), 0);
+  world.step(1);
+  EXPECT_TRUE(world.held(0));
+  EXPECT_GT(world.center_of_mass(0)[2] - height, 0.1);
+  EXPECT_EQ(world.touching(0).size(), 2u);  // the tips
+}
+
 TEST_F(PhysicsGrasp, SameCallsSameNumbers) {
   std::vector<Pose> ends;
   for (int run = 0; run < 2; ++run) {
@@ -301,6 +336,7 @@ TEST(PhysicsScene, ShowsThingsSurroundingsAndArms) {
   EXPECT_FALSE(bare.objects[1].parts.empty());
   EXPECT_EQ(full.objects[2].name, "table");
   EXPECT_EQ(full.objects[3].name, "bin");
+  EXPECT_EQ(full.objects[4].name, "floor");
   bool has_hand = false;
   for (const sensor::Object& object : full.objects) {
     EXPECT_EQ(sensor::open_edges(object.mesh), 0u) << object.name;

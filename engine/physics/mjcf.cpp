@@ -87,6 +87,12 @@ std::string bin_text(const Bin& bin) {
   return text + "    </body>\n";
 }
 
+std::string floor_text(double height) {
+  // The size of a plane is for drawing only: it has no end.
+  return "    <body name=\"floor\"" + place_text(sensor::translation(0, 0, height)) +
+         "><geom class=\"surroundings\" type=\"plane\" size=\"1 1 1\"/></body>\n";
+}
+
 }  // namespace
 
 std::vector<std::pair<Vector3, Vector3>> bin_walls(const Bin& bin) {
@@ -121,7 +127,8 @@ std::string place_text(const Pose& pose) {
 
 std::string world_mjcf(const WorldOptions& options, const plan::Arm& arm, const std::vector<Thing>& things) {
   const RobotText robot = robot_text(options, arm);
-  std::string meshes, bodies = robot.bodies + table_text(options.table) + bin_text(options.bin);
+  std::string meshes,
+      bodies = robot.bodies + table_text(options.table) + bin_text(options.bin) + floor_text(options.floor);
   for (std::size_t i = 0; i < things.size(); ++i) {
     const ThingText thing = thing_text(i, things[i]);
     meshes += thing.meshes;

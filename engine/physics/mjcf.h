@@ -9,8 +9,8 @@
 
 namespace handhold::physics {
 
-/// Bodies have the names of the robot's links, "table", "bin" and thing_name(index); joints and their motors those of
-/// the robot's joints. Frames of links and things are those of the URDF and of sensor::make_object.
+/// Bodies have the names of the robot's links, "table", "bin", "floor" and thing_name(index); joints and their motors
+/// those of the robot's joints. Frames of links and things are those of the URDF and of sensor::make_object.
 std::string world_mjcf(const WorldOptions& options, const plan::Arm& arm, const std::vector<Thing>& things);
 
 std::string thing_name(std::size_t thing);

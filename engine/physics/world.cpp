@@ -33,7 +33,7 @@ void check_pose(const std::string& what, const Pose& pose) {
 }
 
 void check_things(const std::vector<Thing>& things) {
-  std::set<std::string> names = {"table", "bin"};
+  std::set<std::string> names = {"table", "bin", "floor"};
   for (const Thing& thing : things) {
     if (!names.insert(thing.name).second) fail("physics: the name '" + thing.name + "' is taken; names are unique");
     if (!(thing.mass > 0 && thing.mass <= 1000)) {
@@ -98,6 +98,7 @@ void WorldOptions::validate() const {
     check_range("an inner edge of the bin (m)", size, 0, 10, true);
   }
   check_range("the bin's wall (m)", bin.wall, 0, 1, true);
+  check_range("floor (m)", floor, -10, 10, false);
   check_range("gravity (m/s^2)", gravity, 0, 100, false);
   check_range("timestep (s)", timestep, 0, 0.002, true);
   check_range("surface_friction", surface_friction, 0, 10, false);

@@ -6,6 +6,8 @@
 namespace handhold::physics {
 namespace {
 
+constexpr double kFloorReach = 4;  // m
+
 sensor::Mesh sphere(double radius) {
   constexpr int kRings = 16;
   std::vector<sensor::Point2> profile;
@@ -16,7 +18,7 @@ sensor::Mesh sphere(double radius) {
   return sensor::revolve(profile, 32);
 }
 
-/// A geom of the robot; empty for other kinds than a URDF's.
+/// Of a geom that is no thing's.
 sensor::Mesh mesh_of(const Simulation& simulation, int geom) {
   const mjtNum* size = simulation.model->geom_size + 3 * geom;
   const Pose T = simulation.geom_pose(geom);
@@ -27,6 +29,9 @@ sensor::Mesh mesh_of(const Simulation& simulation, int geom) {
       return sensor::transformed(sensor::cylinder(size[0], 2 * size[1], 48), T * sensor::translation(0, 0, -size[1]));
     case mjGEOM_SPHERE:
       return sensor::transformed(sphere(size[0]), T);
+    case mjGEOM_PLANE:
+      return sensor::transformed(sensor::box(2 * kFloorReach, 2 * kFloorReach, 0.1),
+                                 T * sensor::translation(0, 0, -0.05));
     default:
       return {};
   }
@@ -55,7 +60,7 @@ sensor::Scene World::scene(const SceneParts& parts) const {
   sensor::Scene scene;
   for (std::size_t i = 0; i < impl_->objects.size(); ++i) scene.add(impl_->objects[i], pose(i));
   if (parts.surroundings) {
-    for (const char* name : {"table", "bin"}) scene.add(object_of(simulation, simulation.body(name)));
+    for (const char* name : {"table", "bin", "floor"}) scene.add(object_of(simulation, simulation.body(name)));
   }
   if (parts.arms) {
     const mjModel& m = *simulation.model;
