@@ -186,13 +186,13 @@ TEST(PhysicsThings, FallToTheFloorBesideTheTable) {
 TEST(PhysicsThings, AreMovedByAnArmThatHitsThem) {
   WorldOptions options;
   const plan::Arm arm = plan::Arm::baxter(options.side, options.gripper);
-  const auto start = arm.inverse(from_above(0.7, -0.45, kTableTop + 0.06));
+  const auto start = arm.inverse(from_above(0.7, -0.45, kTableTop + 0.12));
   ASSERT_TRUE(start);
   options.start = *start;
   World world(options, {on_table("blue_bottle", 0.7, -0.25)});
   ASSERT_TRUE(world.settle(2));
   const Vector3 before = world.center_of_mass(0);
-  const Way way = straight(arm, *start, from_above(0.7, -0.25, kTableTop + 0.06));
+  const Way way = straight(arm, *start, from_above(0.7, -0.25, kTableTop + 0.12));
   std::set<std::pair<std::string, std::string>> contacts;
   world.follow(way.path, way.times, 0.05, [&] {
     for (const auto& contact : world.robot_contacts()) contacts.insert(contact);
