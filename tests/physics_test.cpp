@@ -143,7 +143,8 @@ class PhysicsSettling : public ::testing::TestWithParam<std::string> {};
 
 TEST_P(PhysicsSettling, ComesToRestOnTheTableAndStays) {
   World world({}, {on_table(GetParam(), 0.75, -0.1, 0.3)});
-  ASSERT_TRUE(world.settle(2.5));  // of which it has been at rest for 0.5 s
+  // Of which it has been at rest for 0.5 s. The lint roller is put down on an edge of MuJoCo's 32 and rocks.
+  ASSERT_TRUE(world.settle(GetParam() == "lint_roller" ? 4 : 2));
   EXPECT_EQ(world.touching(0), std::vector<std::string>{"table"});
   EXPECT_LT(world.penetration(0), 5e-5);
   EXPECT_NEAR(lowest_point(world, 0), kTableTop, 2e-4);
@@ -178,7 +179,7 @@ TEST(PhysicsThings, LieInTheBinOrBesideIt) {
 TEST(PhysicsThings, FallToTheFloorBesideTheTable) {
   const WorldOptions options;
   World world(options, {on_table("sponge", 0.85, options.table.size[1] / 2 + 0.03)});
-  ASSERT_TRUE(world.settle(3));
+  ASSERT_TRUE(world.settle(6));  // it tumbles, and rocks for a while
   EXPECT_EQ(world.touching(0), std::vector<std::string>{"floor"});
   EXPECT_NEAR(lowest_point(world, 0), options.floor, 5e-4);
 }
