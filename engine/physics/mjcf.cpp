@@ -1,6 +1,7 @@
 #include "mjcf.h"
 
 #include <cstdio>
+#include <utility>
 
 #include "handhold/families.h"
 #include "vec.h"
@@ -33,8 +34,8 @@ std::string classes_text(const WorldOptions& options) {
          geom_class("thing", kThing, kRobot | kThing | kSurroundings, 0, 0) + "  </default>\n";
 }
 
-std::string box_text(const std::string& material, const Vector3& size, const Pose& pose) {
-  return "      <geom class=\"" + material + "\" type=\"box\" size=\"" + text_of(0.5 * size) + "\"" + place_text(pose) +
+std::string box_text(const Vector3& size, const Pose& pose) {
+  return "      <geom class=\"surroundings\" type=\"box\" size=\"" + text_of(0.5 * size) + "\"" + place_text(pose) +
          "/>\n";
 }
 
@@ -76,14 +77,25 @@ ThingText thing_text(std::size_t index, const Thing& thing) {
 // ---- Surroundings ---------------------------------------------------------------------------------------------------
 
 std::string table_text(const Table& table) {
-  return "    <body name=\"table\"" + place_text(table.T_world_table) + ">\n" +
-         box_text("surroundings", table.size, {}) + "    </body>\n";
+  return "    <body name=\"table\"" + place_text(table.T_world_table) + ">\n" + box_text(table.size, {}) +
+         "    </body>\n";
+}
+
+/// Floor and walls of a bin: edges and centre of each box (m, the bin's frame).
+std::vector<std::pair<Vector3, Vector3>> bin_walls(const Bin& bin) {
+  const double x = bin.inner[0], y = bin.inner[1], z = bin.inner[2], wall = bin.wall;
+  const Vector3 across_x = {wall, y + 2 * wall, z}, across_y = {x, wall, z};
+  return {{{x + 2 * wall, y + 2 * wall, wall}, {0, 0, -wall / 2}},
+          {across_x, {-(x + wall) / 2, 0, z / 2}},
+          {across_x, {(x + wall) / 2, 0, z / 2}},
+          {across_y, {0, -(y + wall) / 2, z / 2}},
+          {across_y, {0, (y + wall) / 2, z / 2}}};
 }
 
 std::string bin_text(const Bin& bin) {
   std::string text = "    <body name=\"bin\"" + place_text(bin.T_world_bin) + ">\n";
   for (const auto& [size, center] : bin_walls(bin)) {
-    text += box_text("surroundings", size, sensor::translation(center[0], center[1], center[2]));
+    text += box_text(size, sensor::translation(center[0], center[1], center[2]));
   }
   return text + "    </body>\n";
 }
@@ -95,16 +107,6 @@ std::string floor_text(double height) {
 }
 
 }  // namespace
-
-std::vector<std::pair<Vector3, Vector3>> bin_walls(const Bin& bin) {
-  const double x = bin.inner[0], y = bin.inner[1], z = bin.inner[2], wall = bin.wall;
-  const Vector3 across_x = {wall, y + 2 * wall, z}, across_y = {x, wall, z};
-  return {{{x + 2 * wall, y + 2 * wall, wall}, {0, 0, -wall / 2}},
-          {across_x, {-(x + wall) / 2, 0, z / 2}},
-          {across_x, {(x + wall) / 2, 0, z / 2}},
-          {across_y, {0, -(y + wall) / 2, z / 2}},
-          {across_y, {0, (y + wall) / 2, z / 2}}};
-}
 
 std::string thing_name(std::size_t thing) {
   return "thing " + std::to_string(thing);

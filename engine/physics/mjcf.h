@@ -2,7 +2,6 @@
 #pragma once
 
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "handhold/physics.h"
@@ -14,9 +13,6 @@ namespace handhold::physics {
 std::string world_mjcf(const WorldOptions& options, const plan::Arm& arm, const std::vector<Thing>& things);
 
 std::string thing_name(std::size_t thing);
-
-/// Floor and walls of a bin: edges and centre of each box (m, the bin's frame).
-std::vector<std::pair<Vector3, Vector3>> bin_walls(const Bin& bin);
 
 /// The finger joints of one hand: the one that is moved, and the one that mimics it in the opposite direction.
 struct FingerJoints {

@@ -88,6 +88,13 @@ Waypoint waypoint_at(const std::vector<plan::JointVector>& path, const std::vect
   return point;
 }
 
+bool all_at_rest(const World& world) {
+  for (std::size_t i = 0; i < world.things().size(); ++i) {
+    if (!world.at_rest(i)) return false;
+  }
+  return true;
+}
+
 }  // namespace
 
 void WorldOptions::validate() const {
@@ -177,13 +184,6 @@ double World::Impl::finger_target(double opening) const {
   return (std::min(opening, hand.opening_max) - options.gripper.opening_closed()) / 2;
 }
 
-bool World::Impl::all_at_rest(const World& world) const {
-  for (std::size_t i = 0; i < things.size(); ++i) {
-    if (!world.at_rest(i)) return false;
-  }
-  return true;
-}
-
 // ---- World ----------------------------------------------------------------------------------------------------------
 
 World::World(const WorldOptions& options, const std::vector<Thing>& things)
@@ -258,7 +258,7 @@ bool World::settle(double max_seconds) {
   double still_since = time();
   while (time() < end - timestep / 2) {
     step(timestep);
-    if (!impl_->all_at_rest(*this)) still_since = time();
+    if (!all_at_rest(*this)) still_since = time();
     if (time() - still_since >= kStillTime) return true;
   }
   return false;

@@ -27,7 +27,6 @@ struct World::Impl {
   double finger_target(double opening) const;
   /// Of a thing, or of a link or something else that MuJoCo has by its own name.
   std::string name_of(int body) const;
-  bool all_at_rest(const World& world) const;
 
   WorldOptions options;
   std::vector<Thing> things;

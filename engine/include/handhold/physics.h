@@ -61,7 +61,7 @@ struct WorldOptions {
   Bin bin;
   double floor = -0.93;           ///< m; height of the floor, which is without end: below what Baxter stands on
   double gravity = 9.81;          ///< m/s^2, >= 0
-  double timestep = 0.001;        ///< s, > 0, at most 0.002: beyond, grasps do not hold
+  double timestep = 0.001;        ///< s, > 0, at most 0.002: contacts are springs of 4 ms
   double surface_friction = 0.5;  ///< >= 0; sliding coefficient of table, bin, floor and links against everything
   double grip_force = 20;         ///< N, > 0; of each finger; published effort
   double finger_speed = 0.1;      ///< m/s, > 0; at which the opening changes
@@ -131,11 +131,10 @@ class World {
 
   plan::JointVector joints() const;      ///< rad
   plan::JointVector velocities() const;  ///< rad/s
-  double opening() const;                ///< m; between the fingertips
+  double opening() const;                ///< m; between the fingertips; closed below 0 in slots where they would meet
   Pose tip() const;                      ///< T_world_tip, of the link Arm::tip()
   /// N; with which each finger presses on things, left and right one.
   std::array<double, 2> finger_forces() const;
-
   /// What links of the robot touch, sorted: a link, and as in touching() what it touches.
   std::vector<std::pair<std::string, std::string>> robot_contacts() const;
 
