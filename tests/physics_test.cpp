@@ -27,8 +27,9 @@ double most(const JointVector& a, const JointVector& b) {
 
 /// m; of the camera's mesh, not of MuJoCo's.
 double lowest_point(const World& world, std::size_t thing) {
+  const sensor::Scene scene = world.scene({false, false});
   double low = HUGE_VAL;
-  for (const Vector3& v : world.scene().objects[thing].mesh.vertices) low = std::min(low, v[2]);
+  for (const Vector3& v : scene.objects[thing].mesh.vertices) low = std::min(low, v[2]);
   return low;
 }
 
