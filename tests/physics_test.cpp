@@ -6,6 +6,7 @@
 #include <cmath>
 #include <random>
 #include <set>
+#include <thread>
 
 #include "arm_helpers.h"
 #include "physics_helpers.h"
@@ -316,17 +317,21 @@ TEST_F(PhysicsGrasp, HoldsAHandleThatLiesOnTheTable) {
   EXPECT_EQ(world.touching(0).size(), 2u);  // two of the hand
 }
 
-TEST_F(PhysicsGrasp, SameCallsSameNumbers) {
-  std::vector<Pose> ends;
-  for (int run = 0; run < 2; ++run) {
-    World world(options(), {plunger(0.35, 0.9), on_table("sponge", 0.8, 0.2), on_table("brush_2", 0.6, 0.1)});
-    lift(world);
-    for (std::size_t i = 0; i < 3; ++i) ends.push_back(world.pose(i));
-    ends.push_back(world.tip());
+TEST_F(PhysicsGrasp, SameCallsSameNumbersOnAnyThread) {
+  std::vector<std::vector<Pose>> ends(2);
+  std::vector<std::thread> threads;
+  for (std::vector<Pose>& end : ends) {
+    threads.emplace_back([&end] {
+      World world(options(), {plunger(0.35, 0.9), on_table("sponge", 0.8, 0.2), on_table("brush_2", 0.6, 0.1)});
+      lift(world);
+      for (std::size_t i = 0; i < 3; ++i) end.push_back(world.pose(i));
+      end.push_back(world.tip());
+    });
   }
+  for (std::thread& thread : threads) thread.join();
   for (std::size_t i = 0; i < 4; ++i) {
-    EXPECT_EQ(ends[i].t, ends[4 + i].t);
-    EXPECT_EQ(ends[i].R, ends[4 + i].R);
+    EXPECT_EQ(ends[0][i].t, ends[1][i].t);
+    EXPECT_EQ(ends[0][i].R, ends[1][i].R);
   }
 }
 
@@ -393,6 +398,21 @@ TEST(PhysicsErrors, SayWhatIsWrong) {
   EXPECT_MENTIONS(plan::message_of([&] { world.follow({}, {}, 0); }), "path");
   EXPECT_MENTIONS(plan::message_of([&] { world.follow({rest, rest}, {0, 0}, 0); }), "increase");
   EXPECT_THROW(world.pose(0), std::out_of_range);
+}
+
+TEST(PhysicsErrors, AWorldThatBreaksDownSaysSo) {
+  std::vector<Thing> things;
+  for (int i = 0; i < 12; ++i) {  // all at one place
+    things.push_back(on_table("brush_2", 0.75, 0));
+    things.back().name += std::to_string(i);
+  }
+  World world({}, things);
+  try {
+    world.step(0.001);
+    ADD_FAILURE() << "more contacts than there is room for went unnoticed";
+  } catch (const std::runtime_error& error) {
+    EXPECT_MENTIONS(error.what(), "broke down");
+  }
 }
 
 }  // namespace

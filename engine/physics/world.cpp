@@ -148,7 +148,7 @@ World::Impl::Impl(const WorldOptions& given, const std::vector<Thing>& given_thi
   for (std::size_t i = 0; i < joints.size(); ++i) d.qpos[joints[i].position] = target[i];
   d.qpos[fingers[0].position] = finger;
   d.qpos[fingers[1].position] = -finger;
-  mj_forward(&m, &d);
+  first_half_of_step(m, d);  // poses and contacts at the start
 }
 
 void World::Impl::advance(const plan::JointVector& speeds) {
