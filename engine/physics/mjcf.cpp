@@ -141,7 +141,7 @@ std::string world_mjcf(const WorldOptions& options, const plan::Arm& arm, const 
          "  <size nconmax=\"1000\" njmax=\"2000\"/>\n"
          "  <option timestep=\"" +
          text_of(options.timestep) + "\" gravity=\"" + text_of(Vector3{0, 0, -options.gravity}) +
-         "\" integrator=\"implicit\" cone=\"elliptic\" impratio=\"100\" noslip_iterations=\"3\">\n"
+         "\" integrator=\"implicit\" jacobian=\"sparse\" cone=\"elliptic\" impratio=\"100\" noslip_iterations=\"3\">\n"
          "    <flag multiccd=\"enable\"/>\n  </option>\n" +
          classes_text(options) + "  <asset>\n" + meshes + "  </asset>\n  <worldbody>\n" + bodies +
          "  </worldbody>\n  <equality>\n" + robot.equalities + "  </equality>\n  <actuator>\n" + robot.motors +
