@@ -5,6 +5,8 @@
 
 #include <cmath>
 #include <random>
+#include <set>
+#include <thread>
 
 #include "arm_helpers.h"
 #include "physics_helpers.h"
@@ -26,8 +28,9 @@ double most(const JointVector& a, const JointVector& b) {
 
 /// m; of the camera's mesh, not of MuJoCo's.
 double lowest_point(const World& world, std::size_t thing) {
+  const sensor::Scene scene = world.scene({false, false});
   double low = HUGE_VAL;
-  for (const Vector3& v : world.scene().objects[thing].mesh.vertices) low = std::min(low, v[2]);
+  for (const Vector3& v : scene.objects[thing].mesh.vertices) low = std::min(low, v[2]);
   return low;
 }
 
@@ -142,7 +145,8 @@ class PhysicsSettling : public ::testing::TestWithParam<std::string> {};
 
 TEST_P(PhysicsSettling, ComesToRestOnTheTableAndStays) {
   World world({}, {on_table(GetParam(), 0.75, -0.1, 0.3)});
-  ASSERT_TRUE(world.settle(2.5));  // of which it has been at rest for 0.5 s
+  // Of which it has been at rest for 0.5 s. The lint roller is put down on an edge of MuJoCo's 32 and rocks.
+  ASSERT_TRUE(world.settle(GetParam() == "lint_roller" ? 4 : 2));
   EXPECT_EQ(world.touching(0), std::vector<std::string>{"table"});
   EXPECT_LT(world.penetration(0), 5e-5);
   EXPECT_NEAR(lowest_point(world, 0), kTableTop, 2e-4);
@@ -174,25 +178,35 @@ TEST(PhysicsThings, LieInTheBinOrBesideIt) {
   EXPECT_EQ(world.touching(0), std::vector<std::string>{"bin"});
 }
 
+TEST(PhysicsThings, FallToTheFloorBesideTheTable) {
+  const WorldOptions options;
+  World world(options, {on_table("sponge", 0.85, options.table.size[1] / 2 + 0.03)});
+  ASSERT_TRUE(world.settle(6));  // it tumbles, and rocks for a while
+  EXPECT_EQ(world.touching(0), std::vector<std::string>{"floor"});
+  EXPECT_NEAR(lowest_point(world, 0), options.floor, 5e-4);
+}
+
 TEST(PhysicsThings, AreMovedByAnArmThatHitsThem) {
   WorldOptions options;
   const plan::Arm arm = plan::Arm::baxter(options.side, options.gripper);
-  const auto start = arm.inverse(from_above(0.7, -0.45, kTableTop + 0.06));
+  const auto start = arm.inverse(from_above(0.7, -0.45, kTableTop + 0.12));
   ASSERT_TRUE(start);
   options.start = *start;
   World world(options, {on_table("blue_bottle", 0.7, -0.25)});
   ASSERT_TRUE(world.settle(2));
   const Vector3 before = world.center_of_mass(0);
-  const Way way = straight(arm, *start, from_above(0.7, -0.25, kTableTop + 0.06));
-  std::vector<std::string> touched;
+  const Way way = straight(arm, *start, from_above(0.7, -0.25, kTableTop + 0.12));
+  std::set<std::pair<std::string, std::string>> contacts;
   world.follow(way.path, way.times, 0.05, [&] {
-    const std::vector<std::string> now = world.touching(0);
-    touched.insert(touched.end(), now.begin(), now.end());
+    for (const auto& contact : world.robot_contacts()) contacts.insert(contact);
     return true;
   });
   EXPECT_GT(distance(world.center_of_mass(0), before), 0.05);
-  const auto is_finger = [](const std::string& name) { return name.find("finger") != std::string::npos; };
-  EXPECT_TRUE(std::any_of(touched.begin(), touched.end(), is_finger));
+  EXPECT_FALSE(contacts.empty());
+  for (const auto& [link, other] : contacts) {
+    EXPECT_NE(link.find("gripper"), std::string::npos) << link;
+    EXPECT_EQ(other, "blue_bottle");
+  }
 }
 
 // ---- Grasps ---------------------------------------------------------------------------------------------------------
@@ -276,17 +290,48 @@ TEST_F(PhysicsGrasp, HoldsAKilogramByFrictionAloneAndLetsGoWithTooLittle) {
   }
 }
 
-TEST_F(PhysicsGrasp, SameCallsSameNumbers) {
-  std::vector<Pose> ends;
-  for (int run = 0; run < 2; ++run) {
-    World world(options(), {plunger(0.35, 0.9), on_table("sponge", 0.8, 0.2), on_table("brush_2", 0.6, 0.1)});
-    lift(world);
-    for (std::size_t i = 0; i < 3; ++i) ends.push_back(world.pose(i));
-    ends.push_back(world.tip());
+TEST_F(PhysicsGrasp, HoldsAHandleThatLiesOnTheTable) {
+  const Thing thing = on_table("dust_pan", kX, kY, 90 * kDegree);
+  const sensor::Part handle =
+      sensor::transformed(sensor::make_object(thing.family).parts.front(), thing.T_world_object);
+  WorldOptions lying = options();
+  lying.gripper.slot = 2;
+  const double x = handle.center[0], y = handle.center[1], z = handle.center[2] - 0.012;
+  const double yaw = std::atan2(handle.axis[1], handle.axis[0]);  // the fingers close across it
+  const plan::Arm arm = plan::Arm::baxter(lying.side, lying.gripper);
+  lying.start = arm.inverse(from_above(x, y, z + 0.1, yaw)).value();
+  World world(lying, {thing});
+  ASSERT_TRUE(world.settle(2));
+  const Way down = straight(arm, lying.start, from_above(x, y, z, yaw));
+  follow(world, down, 0.05);
+  world.command(down.path.back(), 0);
+  world.step(0.8);
+  const double height = world.center_of_mass(0)[2];
+  follow(world, straight(arm, down.path.back(), from_above(x, y, z + 0.15, yaw)), 0);
+  EXPECT_TRUE(world.held(0));
+  EXPECT_GT(world.center_of_mass(0)[2] - height, 0.1);
+  // The pan hangs on its handle's side: friction has to keep it from turning, too.
+  const Vector3 in_hand = (world.tip().inverse() * world.pose(0)).t;
+  world.step(2);
+  EXPECT_LT(distance((world.tip().inverse() * world.pose(0)).t, in_hand), 0.0005);
+  EXPECT_EQ(world.touching(0).size(), 2u);  // two of the hand
+}
+
+TEST_F(PhysicsGrasp, SameCallsSameNumbersOnAnyThread) {
+  std::vector<std::vector<Pose>> ends(2);
+  std::vector<std::thread> threads;
+  for (std::vector<Pose>& end : ends) {
+    threads.emplace_back([&end] {
+      World world(options(), {plunger(0.35, 0.9), on_table("sponge", 0.8, 0.2), on_table("brush_2", 0.6, 0.1)});
+      lift(world);
+      for (std::size_t i = 0; i < 3; ++i) end.push_back(world.pose(i));
+      end.push_back(world.tip());
+    });
   }
+  for (std::thread& thread : threads) thread.join();
   for (std::size_t i = 0; i < 4; ++i) {
-    EXPECT_EQ(ends[i].t, ends[4 + i].t);
-    EXPECT_EQ(ends[i].R, ends[4 + i].R);
+    EXPECT_EQ(ends[0][i].t, ends[1][i].t);
+    EXPECT_EQ(ends[0][i].R, ends[1][i].R);
   }
 }
 
@@ -301,6 +346,7 @@ TEST(PhysicsScene, ShowsThingsSurroundingsAndArms) {
   EXPECT_FALSE(bare.objects[1].parts.empty());
   EXPECT_EQ(full.objects[2].name, "table");
   EXPECT_EQ(full.objects[3].name, "bin");
+  EXPECT_EQ(full.objects[4].name, "floor");
   bool has_hand = false;
   for (const sensor::Object& object : full.objects) {
     EXPECT_EQ(sensor::open_edges(object.mesh), 0u) << object.name;
@@ -352,6 +398,21 @@ TEST(PhysicsErrors, SayWhatIsWrong) {
   EXPECT_MENTIONS(plan::message_of([&] { world.follow({}, {}, 0); }), "path");
   EXPECT_MENTIONS(plan::message_of([&] { world.follow({rest, rest}, {0, 0}, 0); }), "increase");
   EXPECT_THROW(world.pose(0), std::out_of_range);
+}
+
+TEST(PhysicsErrors, AWorldThatBreaksDownSaysSo) {
+  std::vector<Thing> things;
+  for (int i = 0; i < 12; ++i) {  // all at one place
+    things.push_back(on_table("brush_2", 0.75, 0));
+    things.back().name += std::to_string(i);
+  }
+  World world({}, things);
+  try {
+    world.step(0.001);
+    ADD_FAILURE() << "more contacts than there is room for went unnoticed";
+  } catch (const std::runtime_error& error) {
+    EXPECT_MENTIONS(error.what(), "broke down");
+  }
 }
 
 }  // namespace

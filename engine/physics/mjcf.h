@@ -2,21 +2,17 @@
 #pragma once
 
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "handhold/physics.h"
 
 namespace handhold::physics {
 
-/// Bodies have the names of the robot's links, "table", "bin" and thing_name(index); joints and their motors those of
-/// the robot's joints. Frames of links and things are those of the URDF and of sensor::make_object.
+/// Bodies have the names of the robot's links, "table", "bin", "floor" and thing_name(index); joints and their motors
+/// those of the robot's joints. Frames of links and things are those of the URDF and of sensor::make_object.
 std::string world_mjcf(const WorldOptions& options, const plan::Arm& arm, const std::vector<Thing>& things);
 
 std::string thing_name(std::size_t thing);
-
-/// Floor and walls of a bin: edges and centre of each box (m, the bin's frame).
-std::vector<std::pair<Vector3, Vector3>> bin_walls(const Bin& bin);
 
 /// The finger joints of one hand: the one that is moved, and the one that mimics it in the opposite direction.
 struct FingerJoints {

@@ -34,6 +34,8 @@ sensor::Pose pose_of(const mjtNum* position, const mjtNum* rotation) {
 
 Simulation::Simulation(const std::string& mjcf) {
   quieten();
+  static std::mutex one_at_a_time;  // MuJoCo keeps the text that it read last
+  const std::lock_guard<std::mutex> lock(one_at_a_time);
   constexpr const char* kFile = "world.xml";
   const auto files = std::make_unique<mjVFS>();  // of 2 MB
   mj_defaultVFS(files.get());

@@ -33,7 +33,7 @@ void check_pose(const std::string& what, const Pose& pose) {
 }
 
 void check_things(const std::vector<Thing>& things) {
-  std::set<std::string> names = {"table", "bin"};
+  std::set<std::string> names = {"table", "bin", "floor"};
   for (const Thing& thing : things) {
     if (!names.insert(thing.name).second) fail("physics: the name '" + thing.name + "' is taken; names are unique");
     if (!(thing.mass > 0 && thing.mass <= 1000)) {
@@ -88,6 +88,13 @@ Waypoint waypoint_at(const std::vector<plan::JointVector>& path, const std::vect
   return point;
 }
 
+bool all_at_rest(const World& world) {
+  for (std::size_t i = 0; i < world.things().size(); ++i) {
+    if (!world.at_rest(i)) return false;
+  }
+  return true;
+}
+
 }  // namespace
 
 void WorldOptions::validate() const {
@@ -98,6 +105,7 @@ void WorldOptions::validate() const {
     check_range("an inner edge of the bin (m)", size, 0, 10, true);
   }
   check_range("the bin's wall (m)", bin.wall, 0, 1, true);
+  check_range("floor (m)", floor, -10, 10, false);
   check_range("gravity (m/s^2)", gravity, 0, 100, false);
   check_range("timestep (s)", timestep, 0, 0.002, true);
   check_range("surface_friction", surface_friction, 0, 10, false);
@@ -140,7 +148,7 @@ World::Impl::Impl(const WorldOptions& given, const std::vector<Thing>& given_thi
   for (std::size_t i = 0; i < joints.size(); ++i) d.qpos[joints[i].position] = target[i];
   d.qpos[fingers[0].position] = finger;
   d.qpos[fingers[1].position] = -finger;
-  mj_forward(&m, &d);
+  first_half_of_step(m, d);  // poses and contacts at the start
 }
 
 void World::Impl::advance(const plan::JointVector& speeds) {
@@ -174,13 +182,6 @@ double World::Impl::finger_target(double opening) const {
   const plan::Hand& hand = arm.hand();
   if (opening <= hand.opening_min) return *hand.finger_closed - full_force_travel(options);
   return (std::min(opening, hand.opening_max) - options.gripper.opening_closed()) / 2;
-}
-
-bool World::Impl::all_at_rest(const World& world) const {
-  for (std::size_t i = 0; i < things.size(); ++i) {
-    if (!world.at_rest(i)) return false;
-  }
-  return true;
 }
 
 // ---- World ----------------------------------------------------------------------------------------------------------
@@ -257,7 +258,7 @@ bool World::settle(double max_seconds) {
   double still_since = time();
   while (time() < end - timestep / 2) {
     step(timestep);
-    if (!impl_->all_at_rest(*this)) still_since = time();
+    if (!all_at_rest(*this)) still_since = time();
     if (time() - still_since >= kStillTime) return true;
   }
   return false;

@@ -25,7 +25,8 @@ struct World::Impl {
   void check_joints(const plan::JointVector& q, const std::string& what) const;
   /// Where a finger's motor has to go for an opening (m): beyond the end for one that closes.
   double finger_target(double opening) const;
-  bool all_at_rest(const World& world) const;
+  /// Of a thing, or of a link or something else that MuJoCo has by its own name.
+  std::string name_of(int body) const;
 
   WorldOptions options;
   std::vector<Thing> things;

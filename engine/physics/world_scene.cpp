@@ -1,22 +1,12 @@
 // The world as a camera sees it.
-#include <cmath>
-
 #include "world_impl.h"
 
 namespace handhold::physics {
 namespace {
 
-sensor::Mesh sphere(double radius) {
-  constexpr int kRings = 16;
-  std::vector<sensor::Point2> profile;
-  for (int i = 0; i <= kRings; ++i) {
-    const double a = 3.141592653589793 * (static_cast<double>(i) / kRings - 0.5);
-    profile.push_back({i == 0 || i == kRings ? 0 : radius * std::cos(a), radius * std::sin(a)});
-  }
-  return sensor::revolve(profile, 32);
-}
+constexpr double kFloorReach = 4;  // m
 
-/// A geom of the robot; empty for other kinds than a URDF's.
+/// Of a geom of the surroundings or of an arm.
 sensor::Mesh mesh_of(const Simulation& simulation, int geom) {
   const mjtNum* size = simulation.model->geom_size + 3 * geom;
   const Pose T = simulation.geom_pose(geom);
@@ -25,8 +15,9 @@ sensor::Mesh mesh_of(const Simulation& simulation, int geom) {
       return sensor::transformed(sensor::box(2 * size[0], 2 * size[1], 2 * size[2]), T);
     case mjGEOM_CYLINDER:
       return sensor::transformed(sensor::cylinder(size[0], 2 * size[1], 48), T * sensor::translation(0, 0, -size[1]));
-    case mjGEOM_SPHERE:
-      return sensor::transformed(sphere(size[0]), T);
+    case mjGEOM_PLANE:
+      return sensor::transformed(sensor::box(2 * kFloorReach, 2 * kFloorReach, 0.1),
+                                 T * sensor::translation(0, 0, -0.05));
     default:
       return {};
   }
@@ -55,7 +46,7 @@ sensor::Scene World::scene(const SceneParts& parts) const {
   sensor::Scene scene;
   for (std::size_t i = 0; i < impl_->objects.size(); ++i) scene.add(impl_->objects[i], pose(i));
   if (parts.surroundings) {
-    for (const char* name : {"table", "bin"}) scene.add(object_of(simulation, simulation.body(name)));
+    for (const char* name : {"table", "bin", "floor"}) scene.add(object_of(simulation, simulation.body(name)));
   }
   if (parts.arms) {
     const mjModel& m = *simulation.model;

@@ -1,6 +1,7 @@
 // Where things are, how they move, and what touches them.
 #include <algorithm>
 #include <cmath>
+#include <set>
 
 #include "vec.h"
 #include "world_impl.h"
@@ -77,17 +78,26 @@ double World::spin(std::size_t thing) const {
   return norm(motion_of(impl_->simulation, impl_->thing_bodies.at(thing)).angular);
 }
 
+std::string World::Impl::name_of(int body) const {
+  const auto place = std::find(thing_bodies.begin(), thing_bodies.end(), body);
+  if (place == thing_bodies.end()) return simulation.body_name(body);
+  return things[static_cast<std::size_t>(place - thing_bodies.begin())].name;
+}
+
 std::vector<std::string> World::touching(std::size_t thing) const {
-  std::vector<std::string> names;
-  for_contacts(impl_->simulation, impl_->thing_bodies.at(thing), [&](int, int other) {
-    const auto& bodies = impl_->thing_bodies;
-    const auto place = std::find(bodies.begin(), bodies.end(), other);
-    names.push_back(place == bodies.end() ? impl_->simulation.body_name(other)
-                                          : impl_->things[static_cast<std::size_t>(place - bodies.begin())].name);
-  });
-  std::sort(names.begin(), names.end());
-  names.erase(std::unique(names.begin(), names.end()), names.end());
-  return names;
+  std::set<std::string> names;
+  for_contacts(impl_->simulation, impl_->thing_bodies.at(thing),
+               [&](int, int other) { names.insert(impl_->name_of(other)); });
+  return {names.begin(), names.end()};
+}
+
+std::vector<std::pair<std::string, std::string>> World::robot_contacts() const {
+  std::set<std::pair<std::string, std::string>> pairs;
+  for (const std::string& link : impl_->arm.links()) {
+    for_contacts(impl_->simulation, impl_->simulation.body(link),
+                 [&](int, int other) { pairs.emplace(link, impl_->name_of(other)); });
+  }
+  return {pairs.begin(), pairs.end()};
 }
 
 double World::penetration(std::size_t thing) const {

@@ -16,8 +16,8 @@
 #include <cstddef>
 #include <functional>
 #include <memory>
-#include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "handhold/arm.h"
@@ -32,7 +32,7 @@ using sensor::Pose;
 
 /// An object of one of the families: a rigid body of uniform density.
 struct Thing {
-  std::string name;    ///< unique; not "table" or "bin"
+  std::string name;    ///< unique; not "table", "bin" or "floor"
   std::string family;  ///< see families.h
   sensor::Sizes sizes = {};
   Pose T_world_object = {};  ///< where it starts
@@ -59,9 +59,10 @@ struct WorldOptions {
   plan::JointVector start;               ///< where the arm starts, hand open; empty: Arm::rest()
   Table table;
   Bin bin;
+  double floor = -0.93;           ///< m; height of the floor, which is without end: below what Baxter stands on
   double gravity = 9.81;          ///< m/s^2, >= 0
-  double timestep = 0.001;        ///< s, > 0, at most 0.002: beyond, grasps do not hold
-  double surface_friction = 0.5;  ///< >= 0; sliding coefficient of table, bin and links against everything
+  double timestep = 0.001;        ///< s, > 0, at most 0.002: contacts are springs of 4 ms
+  double surface_friction = 0.5;  ///< >= 0; sliding coefficient of table, bin, floor and links against everything
   double grip_force = 20;         ///< N, > 0; of each finger; published effort
   double finger_speed = 0.1;      ///< m/s, > 0; at which the opening changes
 
@@ -130,10 +131,12 @@ class World {
 
   plan::JointVector joints() const;      ///< rad
   plan::JointVector velocities() const;  ///< rad/s
-  double opening() const;                ///< m; between the fingertips
+  double opening() const;                ///< m; between the fingertips; closed below 0 in slots where they would meet
   Pose tip() const;                      ///< T_world_tip, of the link Arm::tip()
   /// N; with which each finger presses on things, left and right one.
   std::array<double, 2> finger_forces() const;
+  /// What links of the robot touch, sorted: a link, and as in touching() what it touches.
+  std::vector<std::pair<std::string, std::string>> robot_contacts() const;
 
   // -- Things, by their index. @throws std::out_of_range
 
@@ -143,7 +146,7 @@ class World {
   double spin(std::size_t thing) const;             ///< rad/s
   /// Below 5 mm/s and 0.1 rad/s.
   bool at_rest(std::size_t thing) const;
-  /// What touches it, sorted: "table", "bin", names of things and of links.
+  /// What touches it, sorted: "table", "bin", "floor", names of things and of links.
   std::vector<std::string> touching(std::size_t thing) const;
   /// m; how deep it is in what it touches, at the deepest contact. Contacts are stiff springs, not perfectly rigid.
   double penetration(std::size_t thing) const;
@@ -155,11 +158,11 @@ class World {
   // -- Seeing
 
   struct SceneParts {
-    bool surroundings = true;  ///< table and bin
+    bool surroundings = true;  ///< table, bin, and the floor as far as 4 m from the robot
     bool arms = true;          ///< collision shapes of both arms and hands
   };
-  /// What a camera would see now: the things, in their order and with their parts; then, as asked, table, bin and one
-  /// object for every link of the arms.
+  /// What a camera would see now: the things, in their order and with their parts; then, as asked, "table", "bin",
+  /// "floor" and one object for every link of the arms, of its name.
   sensor::Scene scene(const SceneParts& parts) const;
   sensor::Scene scene() const { return scene({}); }
 
