@@ -201,14 +201,16 @@ inline constexpr int kTurns = 4;
 
 // ---- Bodies -------------------------------------------------------------------------------------------------------
 
-/// The tiles of a cloud under a tree of boxes: sixteen tiles a block, sixteen blocks a group. Sixteen boxes stand
-/// together: low x, y, z, then high x, y, z (m), each sixteen times; an empty one has low = kFar, high = -kFar.
+/// The tiles of a cloud under a tree of boxes: sixteen tiles a block, sixteen blocks a group, sixteen groups a region.
+/// Sixteen boxes stand together: low x, y, z, then high x, y, z (m), each sixteen times, 64-byte aligned; an empty one
+/// has low = kFar, high = -kFar.
 struct TileTree {
-  const float* points;       ///< as in Tiles
-  const float* tile_boxes;   ///< [block][6][16]; as Tiles::boxes
-  const float* block_boxes;  ///< [group][6][16], 64-byte aligned
-  const float* group_boxes;  ///< [groups / 16][6][16], 64-byte aligned
-  std::int32_t groups;       ///< a multiple of 16, padded with empty ones
+  const float* points;        ///< as in Tiles
+  const float* tile_boxes;    ///< [block][6][16]; as Tiles::boxes
+  const float* block_boxes;   ///< [group][6][16]
+  const float* group_boxes;   ///< [region][6][16]
+  const float* region_boxes;  ///< [regions / 16][6][16]
+  std::int32_t regions;       ///< a multiple of 16, padded with empty ones, below which there need not be anything
 };
 
 /// A box in the frame of the cloud; with no height and width it is a segment, with no size a point. Bodies with a
