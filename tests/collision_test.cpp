@@ -245,9 +245,8 @@ TEST(CloudObstacles, DegenerateClouds) {
   // A picture of one row or column.
   for (const std::uint32_t width : {1u, 10000u}) {
     Cloud line = cloud_of(std::vector<Vector3d>(plane.begin(), plane.begin() + 10000), width);
-    CloudObstacleOptions options;
-    options.speck_neighbours = 0;
-    obstacles.set_cloud(line.view(), {}, options);
+    obstacles.set_cloud(line.view(), {});
+    EXPECT_EQ(obstacles.points(), 10000u);
     expect_distance(obstacles, body, 0.3);
   }
   obstacles.set_cloud(CloudView{}, {});
@@ -384,7 +383,7 @@ TEST(Obstacles, BadArgumentsAreRefused) {
   for (const double d : {-0.1, kInfinity, std::nan("")}) {
     EXPECT_MENTIONS(with([&](auto& o) { o.own_margin = d; }), "own_margin");
   }
-  EXPECT_MENTIONS(with([&](auto& o) { o.own = {sphere_at({}, -1)}; }), "own body: its radius");
+  EXPECT_MENTIONS(with([&](auto& o) { o.own = {sphere_at({}, -1)}; }), "own body '0': its radius");
   Pose bad;
   bad.R[0] = 1.1;
   EXPECT_MENTIONS(message_of([&] { obstacles.set_cloud(cloud.view(), bad); }), "T_base_cloud");

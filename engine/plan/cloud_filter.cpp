@@ -52,7 +52,8 @@ struct Box {
 }  // namespace
 
 CloudView CloudFilter::run(const CloudView& cloud, const std::vector<Core>& own, const CloudObstacleOptions& options) {
-  const bool specks = cloud.organized() && options.speck_neighbours > 0;
+  // In a single column everything would be a speck; it is no picture.
+  const bool specks = cloud.organized() && cloud.width > 1 && options.speck_neighbours > 0;
   if (!specks && own.empty()) return cloud;
   xyz_.resize(3 * cloud.size());
   specks ? leave_out_specks(cloud, options) : copy(cloud);
