@@ -199,6 +199,14 @@ struct TurnQuery {
 };
 inline constexpr int kTurns = 4;
 
+/// A row of pixels of an organized cloud, coordinate by coordinate (m). One row up or down is `stride` floats away, and
+/// what is read beyond the picture is NaN: one pixel on each side; up to 16 more behind a row may be anything.
+struct PixelRow {
+  const float *x, *y, *z;  ///< of the row's first pixel
+  std::int32_t width, stride;
+  float limit2;  ///< m^2; squared distance up to which two pixels are near each other
+};
+
 // ---- Bodies -------------------------------------------------------------------------------------------------------
 
 /// The tiles of a cloud under a tree of boxes: sixteen tiles a block, sixteen blocks a group, sixteen groups a region.
@@ -306,6 +314,10 @@ struct Kernels {
   /// from `ahead` towards `side`, from -2 to 2: with c = a / (|a| + |b|) it is 1 - c, with the sign of b.
   void (*outer_turns)(const float* x, const float* y, const float* z, std::int32_t n, const TurnQuery& query,
                       float* least, float* most);
+
+  /// How many of its eight neighbours are near to each pixel of a row; 0 for a pixel with NaN. counts: `width` numbers,
+  /// padded to a multiple of 16.
+  void (*near_pixels)(const PixelRow& row, float* counts);
 
   /// Whether a point is nearer to a body than its limit; distances are negative inside it.
   bool (*any_point_within)(const TileTree& tree, const BodyQuery& query);

@@ -1,11 +1,29 @@
-// Which points of a cloud are near to a body, by branch and bound over boxes: regions, groups, blocks, tiles, and then
-// the points, sixteen at a time.
+// Which pixels of a cloud are near to their neighbours; which of its points are near to a body, by branch and bound over
+// boxes about regions, groups, blocks and tiles.
 #pragma once
 
 #include "kernels.h"
 #include "lane.h"
+#include "neighbours.h"
 
 namespace handhold::HANDHOLD_LANE {
+
+/// kernels::Kernels::near_pixels
+LANE_FN void count_near_pixels(const kernels::PixelRow& row, float* counts) {
+  const F16 zero(0.0f), one(1.0f), limit(row.limit2);
+  const std::ptrdiff_t down = row.stride, around[8] = {-down - 1, -down, -down + 1, -1, 1, down - 1, down, down + 1};
+  for (std::ptrdiff_t i = 0; i < row.width; i += 16) {
+    const F16 x = F16::loadu(row.x + i), y = F16::loadu(row.y + i), z = F16::loadu(row.z + i);
+    F16 sum = zero;
+#pragma GCC unroll 8
+    for (int k = 0; k < 8; ++k) {
+      const std::ptrdiff_t j = i + around[k];
+      const F16 d2 = squared_norm(F16::loadu(row.x + j) - x, F16::loadu(row.y + j) - y, F16::loadu(row.z + j) - z);
+      sum = add_where(d2 <= limit, sum, one);
+    }
+    sum.storeu(counts + i);
+  }
+}
 
 /// Orders places by their signed distance d from a box without a root: d^2 outside, d inside.
 ///

@@ -1,4 +1,5 @@
-// The points of a cloud near a body: the kernels against a plain loop in double precision, for every instruction set.
+// The points of a cloud near a body, and pixels near their neighbours: the kernels against a plain loop in double
+// precision, for every instruction set.
 #include "point_tree.h"
 
 #include <gtest/gtest.h>
@@ -175,6 +176,51 @@ TEST(NearestToBody, BoxesRuleNothingOut) {
         q.limit = no;
         EXPECT_FALSE(table->any_point_within(tree.view(), q));
         EXPECT_EQ(table->nearest_to_body(tree.view(), q), -1);
+      }
+    }
+  }
+}
+
+TEST(NearPixels, AgreeWithAPlainLoop) {
+  Random random(518);
+  for (const std::int32_t width : {1, 2, 15, 16, 17, 61}) {
+    const std::int32_t stride = width + 2, height = 9;
+    std::vector<float> c[3];
+    for (std::vector<float>& values : c) {
+      values.assign(static_cast<std::size_t>(stride * (height + 2) + 16), test::kNan);
+      for (std::int32_t v = 1; v <= height; ++v)
+        for (std::int32_t u = 1; u <= width; ++u)
+          values[static_cast<std::size_t>(stride * v + u)] =
+              random.index(15) ? static_cast<float>(random.normal(0.01)) : test::kNan;
+    }
+    for (std::int32_t v = 1; v <= height; ++v) {
+      const std::int32_t first = stride * v + 1;
+      const kernels::PixelRow row = {
+          &c[0][std::size_t(first)], &c[1][std::size_t(first)], &c[2][std::size_t(first)], width, stride, 3e-4f};
+      std::vector<float> same;
+      for (const Kernels* table : test::all_kernels()) {
+        SCOPED_TRACE(table->name);
+        std::vector<float> counts(static_cast<std::size_t>(width + 15) / 16 * 16 + 1, -7.0f);
+        table->near_pixels(row, counts.data());
+        EXPECT_EQ(counts.back(), -7.0f);
+        for (std::int32_t u = 0; u < width; ++u) {
+          int surely = 0, perhaps = 0;
+          for (const std::int32_t to : {-stride - 1, -stride, -stride + 1, -1, 1, stride - 1, stride, stride + 1}) {
+            double d2 = 0;
+            for (const std::vector<float>& values : c) {
+              const double d = static_cast<double>(values[std::size_t(first + u + to)]) -
+                               static_cast<double>(values[std::size_t(first + u)]);
+              d2 += d * d;
+            }
+            surely += d2 < 3e-4 * (1 - 1e-6), perhaps += d2 < 3e-4 * (1 + 1e-6);
+          }
+          EXPECT_GE(counts[std::size_t(u)], static_cast<float>(surely));
+          EXPECT_LE(counts[std::size_t(u)], static_cast<float>(perhaps));
+        }
+        counts.resize(static_cast<std::size_t>(width));
+        if (std::string(table->name) == "scalar") continue;
+        if (same.empty()) same = counts;
+        EXPECT_EQ(counts, same);
       }
     }
   }

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 
+#include "kernels.h"
 #include "vec3.h"
 
 namespace handhold::plan {
@@ -15,21 +16,15 @@ namespace {
 using Range = tbb::blocked_range<std::size_t>;
 
 constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
-/// Points that are worked on together: neighbours of one row of an image, mostly.
+/// Points that are compared with the robot together: neighbours of one row of an image, mostly.
 constexpr std::size_t kRun = 64;
+/// Rows that one thread does in a go.
+constexpr std::size_t kBatchRows = 16;
+/// What a kernel may read behind the last pixel.
+constexpr std::size_t kBehind = 16;
 
 bool is_finite(const float* p) {
   return std::isfinite(p[0]) && std::isfinite(p[1]) && std::isfinite(p[2]);
-}
-
-/// near[i] += 1 for each of n points within the limit (m^2) of that `to` places further on; never for NaN.
-void add_near(const float* x, const float* y, const float* z, std::ptrdiff_t to, std::size_t n, float limit2,
-              float* near) {
-  for (std::size_t i = 0; i < n; ++i) {
-    const float dx = x[to + static_cast<std::ptrdiff_t>(i)] - x[i], dy = y[to + static_cast<std::ptrdiff_t>(i)] - y[i];
-    const float dz = z[to + static_cast<std::ptrdiff_t>(i)] - z[i];
-    near[i] += dx * dx + dy * dy + dz * dz <= limit2 ? 1.0f : 0.0f;
-  }
 }
 
 struct Box {
@@ -68,8 +63,8 @@ void CloudFilter::copy(const CloudView& cloud) {
 }
 
 void CloudFilter::leave_out_specks(const CloudView& cloud, const CloudObstacleOptions& options) {
-  const std::size_t width = cloud.width, height = cloud.height, stride = width + 2;
-  for (std::vector<float>& c : coordinates_) c.resize(stride * (height + 2));
+  const std::size_t width = cloud.width, height = cloud.height, stride = width + 2, padded = (width + 15) / 16 * 16;
+  for (std::vector<float>& c : coordinates_) c.resize(stride * (height + 2) + kBehind);
   tbb::parallel_for(Range(0, height + 2, 16), [&](const Range& range) {
     for (std::size_t row = range.begin(); row < range.end(); ++row) {
       for (std::size_t k = 0; k < 3; ++k) {
@@ -85,22 +80,20 @@ void CloudFilter::leave_out_specks(const CloudView& cloud, const CloudObstacleOp
   });
   const auto limit2 = static_cast<float>(options.speck_distance * options.speck_distance);
   const auto least = static_cast<float>(options.speck_neighbours);
-  const auto step = static_cast<std::ptrdiff_t>(stride);
-  const std::ptrdiff_t around[8] = {-step - 1, -step, -step + 1, -1, 1, step - 1, step, step + 1};
-  tbb::parallel_for(Range(0, height, 16), [&](const Range& range) {
-    float near[kRun];
-    for (std::size_t row = range.begin(); row < range.end(); ++row) {
-      for (std::size_t u = 0; u < width; u += kRun) {
-        const std::size_t n = std::min(kRun, width - u), first = stride * (row + 1) + 1 + u;
+  counts_.resize((height + kBatchRows - 1) / kBatchRows * padded);
+  tbb::parallel_for(Range(0, counts_.size() / padded), [&](const Range& range) {
+    for (std::size_t batch = range.begin(); batch < range.end(); ++batch) {
+      float* near = counts_.data() + padded * batch;
+      for (std::size_t v = kBatchRows * batch; v < std::min(height, kBatchRows * (batch + 1)); ++v) {
+        const std::size_t first = stride * (v + 1) + 1;
         const float *x = coordinates_[0].data() + first, *y = coordinates_[1].data() + first;
         const float* z = coordinates_[2].data() + first;
-        std::fill_n(near, kRun, 0.0f);
-        // One neighbour of all pixels after another: so the compiler takes several pixels at a time.
-        for (const std::ptrdiff_t to : around) add_near(x, y, z, to, n, limit2, near);
-        float* out = xyz_.data() + 3 * (width * row + u);
-        for (std::size_t i = 0; i < n; ++i) {
-          out[3 * i] = near[i] >= least ? x[i] : kNan;
-          out[3 * i + 1] = y[i], out[3 * i + 2] = z[i];
+        kernels::kernels().near_pixels(
+            {x, y, z, static_cast<std::int32_t>(width), static_cast<std::int32_t>(stride), limit2}, near);
+        float* out = xyz_.data() + 3 * width * v;
+        for (std::size_t u = 0; u < width; ++u) {
+          out[3 * u] = near[u] >= least ? x[u] : kNan;
+          out[3 * u + 1] = y[u], out[3 * u + 2] = z[u];
         }
       }
     }
