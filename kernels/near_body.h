@@ -1,5 +1,5 @@
-// Which pixels of a cloud are near to their neighbours; which of its points are near to a body, by branch and bound over
-// boxes about regions, groups, blocks and tiles.
+// Which pixels of a cloud are near to their neighbours; which of its points are near to a body, by branch and bound
+// over boxes about regions, groups, blocks and tiles.
 #pragma once
 
 #include "kernels.h"
@@ -97,6 +97,15 @@ LANE_FN const float* box_record(const float* level, std::uint32_t parent) {
   return level + std::size_t{96} * parent;
 }
 
+/// Which of sixteen boxes a ball touches.
+LANE_FN M16 touches(const float* boxes, const Ball& ball) {
+  const F16 zero(0.0f);
+  const F16 x = max(max(F16::load(boxes) - ball.x, ball.x - F16::load(boxes + 48)), zero);
+  const F16 y = max(max(F16::load(boxes + 16) - ball.y, ball.y - F16::load(boxes + 64)), zero);
+  const F16 z = max(max(F16::load(boxes + 32) - ball.z, ball.z - F16::load(boxes + 80)), zero);
+  return squared_norm(x, y, z) <= ball.r2_outside;
+}
+
 /// Visits the lanes set in a mask until one of them says true.
 template <class F>
 LANE_FN bool any_lane(M16 mask, F&& visit) {
@@ -110,8 +119,14 @@ LANE_FN bool any_lane(M16 mask, F&& visit) {
 LANE_FN bool find_point_within(const kernels::TileTree& tree, const kernels::BodyQuery& q) {
   const BodyLanes body(q);
   const F16 limit(distance_key(q.limit));
+  // The ball that holds all places within the limit takes far fewer steps and rules out most boxes of bodies that are
+  // far from everything.
+  const float size = sqrt(fma(q.half[0], q.half[0], fma(q.half[1], q.half[1], q.half[2] * q.half[2])));
+  const Ball ball(q.centre, (size + max(q.limit, 0.0f)) * (1.0f + 4e-6f));
   const auto near = [&](const float* level, std::uint32_t parent) __attribute__((always_inline)) {
-    return body.of_boxes(box_record(level, parent)) < limit;
+    const float* boxes = box_record(level, parent);
+    const M16 touched = touches(boxes, ball);
+    return any(touched) ? touched & (body.of_boxes(boxes) < limit) : touched;
   };
   const auto in_tile = [&](std::uint32_t tile) __attribute__((always_inline)) {
     return any(body.of_points(tree.points + std::size_t{48} * tile) < limit);
