@@ -221,8 +221,8 @@ struct TileTree {
   std::int32_t regions;       ///< a multiple of 16, padded with empty ones, below which there need not be anything
 };
 
-/// A box in the frame of the cloud; with no height and width it is a segment, with no size a point. Bodies with a
-/// radius are those with the distance from their core.
+/// A box in the frame of the cloud. One without width and height is a segment, one without size a point; about those a
+/// capsule and a sphere are all that is within a limit larger by their radius.
 struct BodyQuery {
   float centre[3];        ///< m; within 1e7
   float R_body_cloud[9];  ///< row-major: rows are the directions of the box's edges

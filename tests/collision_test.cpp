@@ -1,6 +1,7 @@
 // What an arm must keep clear of: Obstacles against plain loops over points and bodies.
 #include "handhold/collision.h"
 
+#include <tbb/global_control.h>
 #include <tbb/task_arena.h>
 
 #include <cmath>
@@ -339,6 +340,7 @@ TEST(KnownBodies, TheCloudStaysWhenTheyGo) {
 // ---- Everything else ------------------------------------------------------------------------------------------------
 
 TEST(Obstacles, AnyThreadAndAnyNumberOfThreads) {
+  const tbb::global_control allow(tbb::global_control::max_allowed_parallelism, 8);
   Random random(525);
   const Pose T = sensor::table_scene_camera();
   std::vector<Body> bodies;

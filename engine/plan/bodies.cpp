@@ -135,7 +135,9 @@ double distance(const Core& a, const Core& b) {
   // holds a point that is nearest to the other.
   double squared = a.edged && !b.edged ? squared_distance_of_edges(b, a) : squared_distance_of_edges(a, b);
   if (a.edged && b.edged) squared = std::min(squared, squared_distance_of_edges(b, a));
-  return std::max(std::sqrt(squared) - a.radius - b.radius, 0.0);
+  constexpr double kTouch = 1e-12;  // m; rounding: bodies this near touch
+  const double d = std::sqrt(squared) - a.radius - b.radius;
+  return d > kTouch ? d : 0;
 }
 
 void check(const Pose& pose, const char* what) {

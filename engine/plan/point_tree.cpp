@@ -38,7 +38,7 @@ void PointTree::build(const CloudView& cloud) {
     std::copy_n(box, 3, corners), std::copy_n(box + 4, 3, corners + 3);
   });
   const auto about = [](const AlignedArray<float>& level) {
-    return [&](std::size_t i, float* corners) { box_about(level.data() + kRecord * i, corners); };
+    return [boxes = level.data()](std::size_t i, float* corners) { box_about(boxes + kRecord * i, corners); };
   };
   const std::size_t regions = fill_level(group_boxes_, groups, about(block_boxes_));
   regions_ = static_cast<std::int32_t>(16 * fill_level(region_boxes_, regions, about(group_boxes_)));
