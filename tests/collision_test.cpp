@@ -101,7 +101,16 @@ TEST(CloudObstacles, TableSceneAgreesWithAllPoints) {
   Obstacles obstacles;
   obstacles.set_cloud(table_scene().view(), T, options);
   EXPECT_EQ(obstacles.points(), points.size());
+  // Specks and own points are few.
+  Obstacles all;
+  all.set_cloud(table_scene().view(), T, [] {
+    CloudObstacleOptions every;
+    every.speck_neighbours = 0;
+    return every;
+  }());
   EXPECT_GT(points.size(), 100'000u);
+  EXPECT_LT(points.size(), all.points());
+  EXPECT_GT(points.size(), all.points() - all.points() / 10) << all.points();
   for (int trial = 0; trial < 100; ++trial) {
     Body body = random_body(random, 0.3, 0.4);
     const Vector3d at = points[random.index(points.size())] + random.normal3(0.1);
@@ -389,6 +398,9 @@ TEST(Obstacles, BadArgumentsAreRefused) {
   Pose bad;
   bad.R[0] = 1.1;
   EXPECT_MENTIONS(message_of([&] { obstacles.set_cloud(cloud.view(), bad); }), "T_base_cloud");
+  Pose mirrored;
+  mirrored.R[8] = -1;
+  EXPECT_MENTIONS(message_of([&] { obstacles.set_cloud(cloud.view(), mirrored); }), "rotation");
   EXPECT_MENTIONS(message_of([&] { obstacles.set_cloud(cloud.view(), sensor::translation(std::nan(""), 0, 0)); }),
                   "T_base_cloud");
   EXPECT_MENTIONS(message_of([&] { obstacles.set_cloud(cloud.view(), sensor::translation(0, 2e6, 0)); }), "1e6 m");
