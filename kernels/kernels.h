@@ -199,20 +199,30 @@ struct TurnQuery {
 };
 inline constexpr int kTurns = 4;
 
-// ---- Bodies -------------------------------------------------------------------------------------------------------
-
-/// The tiles of a cloud under a tree of boxes: sixteen tiles a block, sixteen blocks a group. Sixteen boxes stand
-/// together: low x, y, z, then high x, y, z (m), each sixteen times; an empty one has low = kFar, high = -kFar.
-struct TileTree {
-  const float* points;       ///< as in Tiles
-  const float* tile_boxes;   ///< [block][6][16]; as Tiles::boxes
-  const float* block_boxes;  ///< [group][6][16], 64-byte aligned
-  const float* group_boxes;  ///< [groups / 16][6][16], 64-byte aligned
-  std::int32_t groups;       ///< a multiple of 16, padded with empty ones
+/// A row of pixels of an organized cloud, coordinate by coordinate (m). One row up or down is `stride` floats away, and
+/// what is read beyond the picture is NaN: one pixel on each side; up to 16 more behind a row may be anything.
+struct PixelRow {
+  const float *x, *y, *z;  ///< of the row's first pixel
+  std::int32_t width, stride;
+  float limit2;  ///< m^2; squared distance up to which two pixels are near each other
 };
 
-/// A box in the frame of the cloud; with no height and width it is a segment, with no size a point. Bodies with a
-/// radius are those with the distance from their core.
+// ---- Bodies -------------------------------------------------------------------------------------------------------
+
+/// The tiles of a cloud under a tree of boxes: sixteen tiles a block, sixteen blocks a group, sixteen groups a region.
+/// Sixteen boxes stand together: low x, y, z, then high x, y, z (m), each sixteen times, 64-byte aligned; an empty one
+/// has low = kFar, high = -kFar.
+struct TileTree {
+  const float* points;        ///< as in Tiles
+  const float* tile_boxes;    ///< [block][6][16]; as Tiles::boxes
+  const float* block_boxes;   ///< [group][6][16]
+  const float* group_boxes;   ///< [region][6][16]
+  const float* region_boxes;  ///< [regions / 16][6][16]
+  std::int32_t regions;       ///< a multiple of 16, padded with empty ones, below which there need not be anything
+};
+
+/// A box in the frame of the cloud. One without width and height is a segment, one without size a point; about those a
+/// capsule and a sphere are all that is within a limit larger by their radius.
 struct BodyQuery {
   float centre[3];        ///< m; within 1e7
   float R_body_cloud[9];  ///< row-major: rows are the directions of the box's edges
@@ -304,6 +314,10 @@ struct Kernels {
   /// from `ahead` towards `side`, from -2 to 2: with c = a / (|a| + |b|) it is 1 - c, with the sign of b.
   void (*outer_turns)(const float* x, const float* y, const float* z, std::int32_t n, const TurnQuery& query,
                       float* least, float* most);
+
+  /// How many of its eight neighbours are near to each pixel of a row; 0 for a pixel with NaN. counts: `width` numbers,
+  /// padded to a multiple of 16.
+  void (*near_pixels)(const PixelRow& row, float* counts);
 
   /// Whether a point is nearer to a body than its limit; distances are negative inside it.
   bool (*any_point_within)(const TileTree& tree, const BodyQuery& query);

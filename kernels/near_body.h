@@ -1,11 +1,29 @@
-// Which points of a cloud are near to a body, by branch and bound over boxes: groups of blocks, blocks, tiles, and then
-// the points, sixteen at a time.
+// Which pixels of a cloud are near to their neighbours; which of its points are near to a body, by branch and bound
+// over boxes about regions, groups, blocks and tiles.
 #pragma once
 
 #include "kernels.h"
 #include "lane.h"
+#include "neighbours.h"
 
 namespace handhold::HANDHOLD_LANE {
+
+/// kernels::Kernels::near_pixels
+LANE_FN void count_near_pixels(const kernels::PixelRow& row, float* counts) {
+  const F16 zero(0.0f), one(1.0f), limit(row.limit2);
+  const std::ptrdiff_t down = row.stride, around[8] = {-down - 1, -down, -down + 1, -1, 1, down - 1, down, down + 1};
+  for (std::ptrdiff_t i = 0; i < row.width; i += 16) {
+    const F16 x = F16::loadu(row.x + i), y = F16::loadu(row.y + i), z = F16::loadu(row.z + i);
+    F16 sum = zero;
+#pragma GCC unroll 8
+    for (int k = 0; k < 8; ++k) {
+      const std::ptrdiff_t j = i + around[k];
+      const F16 d2 = squared_norm(F16::loadu(row.x + j) - x, F16::loadu(row.y + j) - y, F16::loadu(row.z + j) - z);
+      sum = add_where(d2 <= limit, sum, one);
+    }
+    sum.storeu(counts + i);
+  }
+}
 
 /// Orders places by their signed distance d from a box without a root: d^2 outside, d inside.
 ///
@@ -74,24 +92,65 @@ class BodyLanes {
   F16 turn_[9], size_[9];
 };
 
+/// Sixteen boxes of a level of the tree.
+LANE_FN const float* box_record(const float* level, std::uint32_t parent) {
+  return level + std::size_t{96} * parent;
+}
+
+/// Which of sixteen boxes a ball touches.
+LANE_FN M16 touches(const float* boxes, const Ball& ball) {
+  const F16 zero(0.0f);
+  const F16 x = max(max(F16::load(boxes) - ball.x, ball.x - F16::load(boxes + 48)), zero);
+  const F16 y = max(max(F16::load(boxes + 16) - ball.y, ball.y - F16::load(boxes + 64)), zero);
+  const F16 z = max(max(F16::load(boxes + 32) - ball.z, ball.z - F16::load(boxes + 80)), zero);
+  return squared_norm(x, y, z) <= ball.r2_outside;
+}
+
+/// Visits the lanes set in a mask until one of them says true.
+template <class F>
+LANE_FN bool any_lane(M16 mask, F&& visit) {
+  for (std::uint32_t rest = bits(mask); rest; rest &= rest - 1) {
+    if (visit(static_cast<std::uint32_t>(__builtin_ctz(rest)))) return true;
+  }
+  return false;
+}
+
 /// kernels::Kernels::any_point_within
 LANE_FN bool find_point_within(const kernels::TileTree& tree, const kernels::BodyQuery& q) {
   const BodyLanes body(q);
   const F16 limit(distance_key(q.limit));
-  const auto below = [](std::uint32_t node, std::uint32_t child) { return 16 * node + child; };
-  for (std::uint32_t top = 0; top < static_cast<std::uint32_t>(tree.groups / 16); ++top) {
-    std::uint32_t groups = bits(body.of_boxes(tree.group_boxes + std::size_t{96} * top) < limit);
-    for (; groups; groups &= groups - 1) {
-      const std::uint32_t group = below(top, static_cast<std::uint32_t>(__builtin_ctz(groups)));
-      std::uint32_t blocks = bits(body.of_boxes(tree.block_boxes + std::size_t{96} * group) < limit);
-      for (; blocks; blocks &= blocks - 1) {
-        const std::uint32_t block = below(group, static_cast<std::uint32_t>(__builtin_ctz(blocks)));
-        std::uint32_t tiles = bits(body.of_boxes(tree.tile_boxes + std::size_t{96} * block) < limit);
-        for (; tiles; tiles &= tiles - 1) {
-          const std::uint32_t tile = below(block, static_cast<std::uint32_t>(__builtin_ctz(tiles)));
-          if (any(body.of_points(tree.points + std::size_t{48} * tile) < limit)) return true;
-        }
-      }
+  // The ball that holds all places within the limit takes far fewer steps and rules out most boxes of bodies that are
+  // far from everything.
+  const float size = sqrt(fma(q.half[0], q.half[0], fma(q.half[1], q.half[1], q.half[2] * q.half[2])));
+  const Ball ball(q.centre, (size + max(q.limit, 0.0f)) * (1.0f + 4e-6f));
+  const auto near = [&](const float* level, std::uint32_t parent) __attribute__((always_inline)) {
+    const float* boxes = box_record(level, parent);
+    const M16 touched = touches(boxes, ball);
+    return any(touched) ? touched & (body.of_boxes(boxes) < limit) : touched;
+  };
+  const auto in_tile = [&](std::uint32_t tile) __attribute__((always_inline)) {
+    return any(body.of_points(tree.points + std::size_t{48} * tile) < limit);
+  };
+  const auto in_block = [&](std::uint32_t block) __attribute__((always_inline)) {
+    return any_lane(
+        near(tree.tile_boxes, block), [&](std::uint32_t i)
+                                          __attribute__((always_inline)) { return in_tile(16 * block + i); });
+  };
+  const auto in_group = [&](std::uint32_t group) __attribute__((always_inline)) {
+    return any_lane(
+        near(tree.block_boxes, group), [&](std::uint32_t i)
+                                           __attribute__((always_inline)) { return in_block(16 * group + i); });
+  };
+  const auto in_region = [&](std::uint32_t region) __attribute__((always_inline)) {
+    return any_lane(
+        near(tree.group_boxes, region), [&](std::uint32_t i)
+                                            __attribute__((always_inline)) { return in_group(16 * region + i); });
+  };
+  for (std::uint32_t top = 0; top < static_cast<std::uint32_t>(tree.regions / 16); ++top) {
+    if (any_lane(
+            near(tree.region_boxes, top), [&](std::uint32_t i)
+                                              __attribute__((always_inline)) { return in_region(16 * top + i); })) {
+      return true;
     }
   }
   return false;
@@ -116,46 +175,35 @@ LANE_FN std::int64_t find_nearest_to_body(const kernels::TileTree& tree, const k
   const BodyLanes body(q);
   float limit = distance_key(q.limit);
   std::int64_t nearest = -1;
-  const auto look_into = [&](std::uint32_t group) __attribute__((always_inline)) {
-    least_first(
-        body.of_boxes(tree.block_boxes + std::size_t{96} * group),
-        limit, [&](std::uint32_t block_lane) __attribute__((always_inline)) {
-          const std::uint32_t block = 16 * group + block_lane;
-          least_first(
-              body.of_boxes(tree.tile_boxes + std::size_t{96} * block),
-              limit, [&](std::uint32_t tile_lane) __attribute__((always_inline)) {
-                const std::size_t tile = 16 * block + tile_lane;
-                const F16 keys = body.of_points(tree.points + 48 * tile);
-                const float least = reduce_min(keys);
-                if (!(least < limit)) return;
-                limit = least;
-                nearest = static_cast<std::int64_t>(16 * tile +
-                                                    static_cast<std::size_t>(__builtin_ctz(bits(keys <= F16(least)))));
-              });
-        });
+  const auto keys = [&](const float* level, std::uint32_t parent) __attribute__((always_inline)) {
+    return body.of_boxes(box_record(level, parent));
   };
-  // The most promising group first: what it holds rules out most others.
-  float least = limit;
-  const auto tops = static_cast<std::uint32_t>(tree.groups / 16);
-  std::uint32_t first = 16 * tops;
-  for (std::uint32_t top = 0; top < tops; ++top) {
-    const F16 keys = body.of_boxes(tree.group_boxes + std::size_t{96} * top);
-    const float here = reduce_min(keys);
-    if (here < least) {
-      least = here, first = 16 * top + static_cast<std::uint32_t>(__builtin_ctz(bits(keys <= F16(here))));
-    }
-  }
-  if (first == 16 * tops) return -1;
-#pragma GCC unroll 1
-  for (std::uint32_t top = 0; top <= tops; ++top) {
-    // Turn 0 is for the first group, so that the code of a visit is there once.
-    const F16 keys = top == 0 ? select(F16::load(kLaneNumbers) < F16(1.0f), F16(least), F16(kFarKey))
-                              : body.of_boxes(tree.group_boxes + std::size_t{96} * (top - 1));
+  const auto in_tile = [&](std::uint32_t tile) __attribute__((always_inline)) {
+    const F16 here = body.of_points(tree.points + std::size_t{48} * tile);
+    const float least = reduce_min(here);
+    if (!(least < limit)) return;
+    limit = least;
+    nearest = std::int64_t{16} * tile + __builtin_ctz(bits(here <= F16(least)));
+  };
+  const auto in_block = [&](std::uint32_t block) __attribute__((always_inline)) {
     least_first(
-        keys, limit, [&](std::uint32_t lane) __attribute__((always_inline)) {
-          const std::uint32_t group = top == 0 ? first : 16 * (top - 1) + lane;
-          if (top == 0 || group != first) look_into(group);
-        });
+        keys(tree.tile_boxes, block),
+        limit, [&](std::uint32_t i) __attribute__((always_inline)) { in_tile(16 * block + i); });
+  };
+  const auto in_group = [&](std::uint32_t group) __attribute__((always_inline)) {
+    least_first(
+        keys(tree.block_boxes, group),
+        limit, [&](std::uint32_t i) __attribute__((always_inline)) { in_block(16 * group + i); });
+  };
+  const auto in_region = [&](std::uint32_t region) __attribute__((always_inline)) {
+    least_first(
+        keys(tree.group_boxes, region),
+        limit, [&](std::uint32_t i) __attribute__((always_inline)) { in_group(16 * region + i); });
+  };
+  for (std::uint32_t top = 0; top < static_cast<std::uint32_t>(tree.regions / 16); ++top) {
+    least_first(
+        keys(tree.region_boxes, top),
+        limit, [&](std::uint32_t i) __attribute__((always_inline)) { in_region(16 * top + i); });
   }
   return nearest;
 }

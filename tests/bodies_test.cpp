@@ -174,8 +174,6 @@ TEST(BodyBody, KnownPlaces) {
   EXPECT_EQ(distance(box, box_at(rotation({1, 2, 3}, 1), {0.01, 0.02, 0.03})), 0);
   EXPECT_EQ(distance(box, box_at({}, {1, 0.05, 0.05})), 0);
   EXPECT_EQ(distance(box, box), 0);
-  // Flat ones cross, too.
-  EXPECT_EQ(distance(box_at({}, {1, 1, 0}), box_at(rotation({1, 0, 0}, 1), {0.3, 0.3, 0})), 0);
   // Parallel, skew and crossing capsules.
   const Body capsule = capsule_at({}, 0.05, 0.6);
   EXPECT_NEAR(distance(capsule, capsule_at(translation(0.3, 0, 0.2), 0.1, 0.4)), 0.15, 1e-15);
@@ -185,6 +183,20 @@ TEST(BodyBody, KnownPlaces) {
   EXPECT_NEAR(distance(sphere_at({}, 0.1), sphere_at(translation(0, 3, 4), 0.2)), 4.7, 1e-15);
   EXPECT_NEAR(distance(box, sphere_at(translation(0.4, 0.5, 0), 0.2)), 0.3, 1e-15);
   EXPECT_NEAR(distance(box, capsule_at(translation(0, 0, 0.3) * rotation({0, 1, 0}, M_PI / 2), 0.05, 2)), 0.15, 1e-15);
+}
+
+TEST(BodyBody, WhatSharesAPointTouches) {
+  Random random(508);
+  for (int trial = 0; trial < 1000; ++trial) {
+    // Plates, rods and points without any volume that hold the origin, and the same point somewhere else.
+    const Pose T = random_pose(random, 1);
+    std::vector<Body> thin = {box_at(sensor::translation(0.1, -0.05, 0), {0.3, 0.2, 0}),
+                              box_at(sensor::translation(0, 0.05, 0), {0, 0.2, 0}),
+                              capsule_at(sensor::translation(0, 0, 0.1), 0, 0.3), sphere_at({}, 0)};
+    for (Body& body : thin) body.T_base_body = T * pose_of(random.rotation(), {0, 0, 0}) * body.T_base_body;
+    for (const Body& a : thin)
+      for (const Body& b : thin) EXPECT_EQ(distance(a, b), 0);
+  }
 }
 
 TEST(Placed, StandsOnItsLink) {

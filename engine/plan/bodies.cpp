@@ -73,11 +73,12 @@ double squared_distance_of_edges(const Core& core, const Core& other) {
 // ---- Checks ---------------------------------------------------------------------------------------------------------
 
 bool is_pose(const Pose& pose) {
-  constexpr double kSlack = 1e-6;
+  constexpr double kSlack = 1e-6;  // as Arm::inverse
   const Vector3 x = {pose.R[0], pose.R[3], pose.R[6]}, y = {pose.R[1], pose.R[4], pose.R[7]};
-  const Vector3 z = {pose.R[2], pose.R[5], pose.R[8]}, off = cross(x, y) - z;
-  const auto near = [](double a, double b) { return std::fabs(a - b) < kSlack; };  // false for NaN
-  return near(dot(x, x), 1) && near(dot(y, y), 1) && near(dot(x, y), 0) && near(dot(off, off), 0);
+  const Vector3 z = {pose.R[2], pose.R[5], pose.R[8]};
+  // False for NaN.
+  return norm(cross(x, y) - z) < kSlack && std::fabs(norm(x) - 1) < kSlack && std::fabs(norm(y) - 1) < kSlack &&
+         std::fabs(dot(x, y)) < kSlack;
 }
 bool is_near(const Vector3& v) {
   return std::fabs(v[0]) <= kFarthest && std::fabs(v[1]) <= kFarthest && std::fabs(v[2]) <= kFarthest;
@@ -135,7 +136,9 @@ double distance(const Core& a, const Core& b) {
   // holds a point that is nearest to the other.
   double squared = a.edged && !b.edged ? squared_distance_of_edges(b, a) : squared_distance_of_edges(a, b);
   if (a.edged && b.edged) squared = std::min(squared, squared_distance_of_edges(b, a));
-  return std::max(std::sqrt(squared) - a.radius - b.radius, 0.0);
+  constexpr double kTouch = 1e-12;  // m; rounding: bodies this near touch
+  const double d = std::sqrt(squared) - a.radius - b.radius;
+  return d > kTouch ? d : 0;
 }
 
 void check(const Pose& pose, const char* what) {

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 
+#include "kernels.h"
 #include "vec3.h"
 
 namespace handhold::plan {
@@ -17,6 +18,10 @@ using Range = tbb::blocked_range<std::size_t>;
 constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
 /// Points that are compared with the robot together: neighbours of one row of an image, mostly.
 constexpr std::size_t kRun = 64;
+/// Rows that one thread does in a go.
+constexpr std::size_t kBatchRows = 16;
+/// What a kernel may read behind the last pixel.
+constexpr std::size_t kBehind = 16;
 
 bool is_finite(const float* p) {
   return std::isfinite(p[0]) && std::isfinite(p[1]) && std::isfinite(p[2]);
@@ -42,7 +47,8 @@ struct Box {
 }  // namespace
 
 CloudView CloudFilter::run(const CloudView& cloud, const std::vector<Core>& own, const CloudObstacleOptions& options) {
-  const bool specks = cloud.organized() && options.speck_neighbours > 0;
+  // In a single column everything would be a speck; it is no picture.
+  const bool specks = cloud.organized() && cloud.width > 1 && options.speck_neighbours > 0;
   if (!specks && own.empty()) return cloud;
   xyz_.resize(3 * cloud.size());
   specks ? leave_out_specks(cloud, options) : copy(cloud);
@@ -57,8 +63,8 @@ void CloudFilter::copy(const CloudView& cloud) {
 }
 
 void CloudFilter::leave_out_specks(const CloudView& cloud, const CloudObstacleOptions& options) {
-  const std::size_t width = cloud.width, height = cloud.height, stride = width + 2;
-  for (std::vector<float>& c : coordinates_) c.resize(stride * (height + 2));
+  const std::size_t width = cloud.width, height = cloud.height, stride = width + 2, padded = (width + 15) / 16 * 16;
+  for (std::vector<float>& c : coordinates_) c.resize(stride * (height + 2) + kBehind);
   tbb::parallel_for(Range(0, height + 2, 16), [&](const Range& range) {
     for (std::size_t row = range.begin(); row < range.end(); ++row) {
       for (std::size_t k = 0; k < 3; ++k) {
@@ -73,24 +79,22 @@ void CloudFilter::leave_out_specks(const CloudView& cloud, const CloudObstacleOp
     }
   });
   const auto limit2 = static_cast<float>(options.speck_distance * options.speck_distance);
-  const int least = options.speck_neighbours;
-  const auto step = static_cast<std::ptrdiff_t>(stride);
-  const std::ptrdiff_t around[8] = {-step - 1, -step, -step + 1, -1, 1, step - 1, step, step + 1};
-  tbb::parallel_for(Range(0, height, 16), [&](const Range& range) {
-    for (std::size_t row = range.begin(); row < range.end(); ++row) {
-      const std::size_t first = stride * (row + 1) + 1;
-      const float *x = coordinates_[0].data() + first, *y = coordinates_[1].data() + first;
-      const float* z = coordinates_[2].data() + first;
-      float* out = xyz_.data() + 3 * width * row;
-      for (std::size_t u = 0; u < width; ++u) {
-        int near = 0;
-        for (const std::ptrdiff_t to : around) {
-          const std::ptrdiff_t v = static_cast<std::ptrdiff_t>(u) + to;
-          const float dx = x[v] - x[u], dy = y[v] - y[u], dz = z[v] - z[u];
-          near += dx * dx + dy * dy + dz * dz <= limit2;  // never for NaN
+  const auto least = static_cast<float>(options.speck_neighbours);
+  counts_.resize((height + kBatchRows - 1) / kBatchRows * padded);
+  tbb::parallel_for(Range(0, counts_.size() / padded), [&](const Range& range) {
+    for (std::size_t batch = range.begin(); batch < range.end(); ++batch) {
+      float* near = counts_.data() + padded * batch;
+      for (std::size_t v = kBatchRows * batch; v < std::min(height, kBatchRows * (batch + 1)); ++v) {
+        const std::size_t first = stride * (v + 1) + 1;
+        const float *x = coordinates_[0].data() + first, *y = coordinates_[1].data() + first;
+        const float* z = coordinates_[2].data() + first;
+        kernels::kernels().near_pixels(
+            {x, y, z, static_cast<std::int32_t>(width), static_cast<std::int32_t>(stride), limit2}, near);
+        float* out = xyz_.data() + 3 * width * v;
+        for (std::size_t u = 0; u < width; ++u) {
+          out[3 * u] = near[u] >= least ? x[u] : kNan;
+          out[3 * u + 1] = y[u], out[3 * u + 2] = z[u];
         }
-        out[3 * u] = near >= least ? x[u] : kNan;
-        out[3 * u + 1] = y[u], out[3 * u + 2] = z[u];
       }
     }
   });

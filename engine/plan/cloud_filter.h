@@ -21,6 +21,7 @@ class CloudFilter {
   void leave_out_own(const std::vector<Core>& own, double margin);
 
   std::vector<float> coordinates_[3];  ///< of the image with a frame of NaN about it, row by row
+  std::vector<float> counts_;          ///< of near neighbours; room for a row in each batch of rows
   std::vector<float> xyz_;             ///< what is left
 };
 

@@ -31,7 +31,7 @@ void check(const CloudObstacleOptions& options) {
     fail("speck_distance: must be above 0 and at most 1e6 m");
   }
   if (!(options.own_margin >= 0 && options.own_margin <= kFarthest)) fail("own_margin: must be from 0 to 1e6 m");
-  for (const Body& body : options.own) check(body, "own body");
+  for (std::size_t i = 0; i < options.own.size(); ++i) check(options.own[i], "own body", std::to_string(i));
 }
 
 /// @param T_cloud_base  puts the body into the cloud's frame

@@ -5,38 +5,43 @@
 namespace handhold::plan {
 namespace {
 
-/// Sixteen boxes, all empty.
-void clear(float* boxes) {
-  std::fill(boxes, boxes + 48, kernels::kFar);
-  std::fill(boxes + 48, boxes + 96, -kernels::kFar);
+constexpr std::size_t kRecord = 96;  // floats of sixteen boxes
+
+/// Fills the boxes of one level, sixteen to a record: box(i) gives the low and the high corner of the i-th of `count`.
+/// The records are as many as it takes. Returns their number.
+template <class BoxOf>
+std::size_t fill_level(AlignedArray<float>& level, std::size_t count, BoxOf&& box) {
+  const std::size_t records = (count + 15) / 16;
+  level.require(kRecord * records);
+  for (std::size_t i = 0; i < 16 * records; ++i) {
+    float corners[6] = {kernels::kFar, kernels::kFar, kernels::kFar, -kernels::kFar, -kernels::kFar, -kernels::kFar};
+    if (i < count) box(i, corners);
+    for (std::size_t k = 0; k < 6; ++k) level[kRecord * (i / 16) + 16 * k + i % 16] = corners[k];
+  }
+  return records;
+}
+
+/// The box about sixteen.
+void box_about(const float* record, float* corners) {
+  for (std::size_t k = 0; k < 3; ++k) {
+    corners[k] = *std::min_element(record + 16 * k, record + 16 * k + 16);
+    corners[3 + k] = *std::max_element(record + 48 + 16 * k, record + 48 + 16 * k + 16);
+  }
 }
 
 }  // namespace
 
 void PointTree::build(const CloudView& cloud) {
   tiles_.build(cloud);
-  const std::uint32_t blocks = tiles_.blocks(), tops = (blocks + 255) / 256;
-  groups_ = static_cast<std::int32_t>(16 * tops);
-  block_boxes_.require(std::size_t{96} * 16 * tops);
-  group_boxes_.require(std::size_t{96} * tops);
-  for (std::size_t top = 0; top < tops; ++top) {
-    float* above = group_boxes_.data() + 96 * top;
-    clear(above);
-    for (std::size_t g = 0; g < 16; ++g) {
-      float* boxes = block_boxes_.data() + 96 * (16 * top + g);
-      clear(boxes);
-      for (std::size_t b = 0; b < 16; ++b) {
-        const std::size_t block = 16 * (16 * top + g) + b;
-        if (block >= blocks) break;
-        const float* box = tiles_.block_box(static_cast<std::uint32_t>(block));
-        for (std::size_t k = 0; k < 3; ++k) {
-          boxes[16 * k + b] = box[k], boxes[48 + 16 * k + b] = box[4 + k];
-          above[16 * k + g] = std::min(above[16 * k + g], box[k]);
-          above[48 + 16 * k + g] = std::max(above[48 + 16 * k + g], box[4 + k]);
-        }
-      }
-    }
-  }
+  const std::size_t groups = fill_level(block_boxes_, tiles_.blocks(), [&](std::size_t block, float* corners) {
+    const float* box = tiles_.block_box(static_cast<std::uint32_t>(block));
+    std::copy_n(box, 3, corners), std::copy_n(box + 4, 3, corners + 3);
+  });
+  const auto about = [](const AlignedArray<float>& level) {
+    return [boxes = level.data()](std::size_t i, float* corners) { box_about(boxes + kRecord * i, corners); };
+  };
+  const std::size_t regions = fill_level(group_boxes_, groups, about(block_boxes_));
+  regions_ = static_cast<std::int32_t>(16 * fill_level(region_boxes_, regions, about(group_boxes_)));
 }
 
 Vector3 PointTree::point(std::int64_t number) const {

@@ -5,8 +5,7 @@
 //   obstacles.set_cloud(cloud.view(), T_base_camera);
 //   obstacles.add("table", table);
 //   const std::vector<plan::Pose> links = arm.link_poses(q);
-//   for (const plan::Shape& shape : arm.shapes()) hit |= obstacles.within(plan::placed(shape, links[shape.link]),
-//   0.01);
+//   for (const plan::Shape& s : arm.shapes()) hit |= obstacles.within(plan::placed(s, links[s.link]), 0.01);
 //
 // Metres; the frame `base` is the arm's base link.
 #pragma once
@@ -38,8 +37,9 @@ double distance(const Body& body, const Vector3& point);
 double distance(const Body& a, const Body& b);
 
 struct CloudObstacleOptions {
-  /// Of an organized cloud: a point that fewer than this many of its eight neighbours in the image are near to (within
-  /// speck_distance) is no obstacle. Sensors make up such points between a thing and its background, where fingers go.
+  /// Of an organized cloud (not of a single column): a point that fewer than this many of its eight neighbours in the
+  /// image are near to (within speck_distance) is no obstacle. Sensors make up such points between a thing and its
+  /// background, where fingers go.
   int speck_neighbours = 3;      ///< 0 .. 8; 0: every point counts
   double speck_distance = 0.01;  ///< m, > 0
   /// What the camera saw of the robot itself: points within own_margin of these bodies (base frame) are no obstacles.
@@ -55,14 +55,15 @@ class Obstacles {
   Obstacles(Obstacles&&) noexcept;
   Obstacles& operator=(Obstacles&&) noexcept;
 
-  /// Takes the finite points of a cloud, instead of those of the cloud before; reuses memory. Runs in the caller's TBB
-  /// arena. @throws std::invalid_argument for a pose that is none or an option out of range
+  /// Takes the finite points of a cloud, instead of those of the cloud before; reuses memory. Points with a coordinate
+  /// beyond 1e6 m are left out. Runs in the caller's TBB arena.
+  /// @throws std::invalid_argument for a cloud view or pose that is none, an option out of range or a bad own body
   void set_cloud(const CloudView& cloud, const Pose& T_base_cloud, const CloudObstacleOptions& options = {});
   /// Points that are obstacles.
   std::size_t points() const;
 
   /// Adds a body that is known: a table, a wall. @throws std::invalid_argument for a size that is negative or not
-  /// finite
+  /// finite, a pose that is none, or either beyond 1e6 m
   void add(const std::string& name, const Body& body);
   void clear_bodies();
 
@@ -75,6 +76,7 @@ class Obstacles {
   };
   /// What is nearest, if it is nearer than `limit` (m); otherwise its distance is `limit` and nothing else is said.
   /// Exact to 1e-5 m for bodies within 10 m of the camera: points are single precision, in the cloud's frame.
+  /// @throws std::invalid_argument for a bad body as add(), or a limit or margin that is NaN, here and below
   Nearest nearest(const Body& body, double limit = std::numeric_limits<double>::infinity()) const;
   /// Whether a point is nearer than `margin` (m), or a known body is nearer or overlaps; faster than nearest().
   bool within(const Body& body, double margin) const;
