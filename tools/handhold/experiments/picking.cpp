@@ -34,16 +34,18 @@ plan::Body box_at(const Vector3& size, const plan::Pose& T) {
 }
 
 /// Table and box are known: a robot is told where they stand.
-void add_known(plan::Obstacles& obstacles, const physics::WorldOptions& world) {
-  obstacles.add("table", box_at(world.table.size, world.table.T_world_table));
+std::vector<std::pair<std::string, plan::Body>> known_bodies(const physics::WorldOptions& world) {
+  std::vector<std::pair<std::string, plan::Body>> bodies;
+  bodies.emplace_back("table", box_at(world.table.size, world.table.T_world_table));
   const physics::Bin& bin = world.bin;
   const double x = bin.inner[0], y = bin.inner[1], z = bin.inner[2], w = bin.wall;
   const plan::Pose& T = bin.T_world_bin;
-  obstacles.add("box", box_at({x + 2 * w, y + 2 * w, w}, T * sensor::translation(0, 0, -w / 2)));
+  bodies.emplace_back("box", box_at({x + 2 * w, y + 2 * w, w}, T * sensor::translation(0, 0, -w / 2)));
   for (const int side : {-1, 1}) {
-    obstacles.add("box", box_at({w, y + 2 * w, z}, T * sensor::translation(side * (x + w) / 2, 0, z / 2)));
-    obstacles.add("box", box_at({x + 2 * w, w, z}, T * sensor::translation(0, side * (y + w) / 2, z / 2)));
+    bodies.emplace_back("box", box_at({w, y + 2 * w, z}, T * sensor::translation(side * (x + w) / 2, 0, z / 2)));
+    bodies.emplace_back("box", box_at({x + 2 * w, w, z}, T * sensor::translation(0, side * (y + w) / 2, z / 2)));
   }
+  return bodies;
 }
 
 plan::PlannerOptions planner_options() {
@@ -148,7 +150,10 @@ Picker::Picker(const Workplace& place, const std::vector<physics::Thing>& things
       options_(localizer),
       planner_(world_.arm(), planner_options()),
       at_(world_.arm().rest()) {
-  add_known(planner_.obstacles(), place_.world);
+  for (const auto& [name, body] : known_bodies(place_.world)) {
+    planner_.obstacles().add(name, body);
+    known_.push_back(body);
+  }
 }
 
 bool Picker::settle() {
@@ -205,35 +210,68 @@ void Picker::go(const plan::JointVector& to, double opening) {
   at_ = to;
 }
 
-/// Above the middle of the box. The hand points down, as far as the arm can: a closed handle slides off its fingers
-/// then, and would hang on them otherwise.
-std::optional<plan::JointVector> Picker::over_box(const plan::JointVector& from) const {
+/// Whether the arm, or what it holds, would touch something on a way.
+bool Picker::is_blocked(const std::vector<plan::JointVector>& path) const {
+  constexpr double kMargin = 0.02, kOwnMargin = 0.01;  // m; of what is held: its far side was not seen
+  if (planner_.hit(path, 0, false)) return true;
   const plan::Arm& arm = world_.arm();
+  for (const plan::JointVector& q : path) {
+    const plan::Pose tip = arm.forward(q);
+    const auto is_near = [&](const plan::Body& body) { return held_object_.near(tip, body, kMargin); };
+    if (std::any_of(known_.begin(), known_.end(), is_near)) return true;
+    const std::vector<plan::Pose> links = arm.link_poses(q);
+    for (const plan::Shape& shape : arm.shapes()) {
+      // The hand touches it.
+      if (arm.link_joints()[shape.link] + 1 >= arm.joints().size()) continue;
+      if (held_object_.near(tip, plan::placed(shape, links[shape.link]), kOwnMargin)) return true;
+    }
+  }
+  return false;
+}
+
+/// Above the middle of the box. The hand points down, as far as the arm can: a closed handle slides off its fingers
+/// then, and may hang on them otherwise. Or else as it was lifted, turned about the vertical.
+std::optional<plan::JointVector> Picker::over_box(const plan::JointVector& from) const {
+  constexpr int kTurns = 12;
+  const plan::Pose down = sensor::rotation({1, 0, 0}, kPi);
+  plan::Pose as_lifted = world_.arm().forward(from);
+  as_lifted.t = {0, 0, 0};
+  const auto turned = [](const Vector3& axis, int i) { return sensor::rotation(axis, 2 * kPi * i / kTurns); };
+  std::vector<std::vector<plan::Pose>> choices(4);
+  for (int i = 0; i < kTurns; ++i) {
+    choices[0].push_back(turned({0, 0, 1}, i) * down);
+    choices[3].push_back(turned({0, 0, 1}, i) * as_lifted);
+    for (int k = 0; k < kTurns; k += 2) {
+      choices[1].push_back(turned({0, 0, 1}, i) * sensor::rotation({1, 0, 0}, 0.4) * down * turned({0, 0, 1}, k));
+      choices[2].push_back(turned({0, 0, 1}, i) * sensor::rotation({1, 0, 0}, 0.8) * down * turned({0, 0, 1}, k));
+    }
+  }
+  for (const std::vector<plan::Pose>& orientations : choices) {
+    if (const auto q = nearest_over_box(orientations, from)) return q;
+  }
+  return std::nullopt;
+}
+
+std::optional<plan::JointVector> Picker::nearest_over_box(const std::vector<plan::Pose>& orientations,
+                                                          const plan::JointVector& from) const {
   const physics::Bin& bin = place_.world.bin;
   const Vector3& floor = bin.T_world_bin.t;
-  const plan::Pose above = sensor::translation(floor[0], floor[1], floor[2] + bin.inner[2] + kAboveBox);
-  constexpr int kTurns = 12;
-  for (const double tilt : {0.0, 0.35, 0.7}) {
-    std::optional<plan::JointVector> best;
-    double least = std::numeric_limits<double>::infinity();
-    for (int towards = 0; towards < (tilt > 0 ? kTurns : 1); ++towards) {
-      for (int turn = 0; turn < kTurns; ++turn) {
-        const plan::Pose pose = above * sensor::rotation({0, 0, 1}, 2 * kPi * towards / kTurns) *
-                                sensor::rotation({1, 0, 0}, kPi - tilt) *
-                                sensor::rotation({0, 0, 1}, 2 * kPi * turn / kTurns);
-        plan::IkOptions ik;
-        ik.reference = from;
-        ik.restarts = 6;
-        ik.fallback_restarts = 0;
-        const auto q = arm.inverse(pose, ik);
-        if (!q) continue;
-        double way = 0;
-        for (std::size_t j = 0; j < q->size(); ++j) way = std::max(way, std::fabs((*q)[j] - from[j]));
-        if (way >= least || planner_.hit(planner_.straight(from, *q), 0, false)) continue;
-        least = way, best = q;
-      }
-    }
-    if (best) return best;
+  std::vector<std::pair<double, plan::JointVector>> solutions;
+  for (plan::Pose pose : orientations) {
+    pose.t = {floor[0], floor[1], floor[2] + bin.inner[2] + kAboveBox + held_object_.below(pose)};
+    plan::IkOptions ik;
+    ik.reference = from;
+    ik.restarts = 6;
+    ik.fallback_restarts = 0;
+    const auto q = world_.arm().inverse(pose, ik);
+    if (!q) continue;
+    double way = 0;
+    for (std::size_t j = 0; j < q->size(); ++j) way = std::max(way, std::fabs((*q)[j] - from[j]));
+    solutions.emplace_back(way, *q);
+  }
+  std::sort(solutions.begin(), solutions.end());
+  for (const auto& [way, q] : solutions) {
+    if (!is_blocked(planner_.straight(from, q))) return q;
   }
   return std::nullopt;
 }
@@ -245,7 +283,7 @@ bool Picker::carry(const plan::JointVector& home) {
     go(*straight, 0);
     return true;
   }
-  if (planner_.hit(planner_.straight(at_, home), 0, false)) return false;
+  if (is_blocked(planner_.straight(at_, home))) return false;
   const auto over = over_box(home);
   if (!over) return false;
   go(home, 0);
@@ -304,6 +342,7 @@ Attempt Picker::attempt(std::uint64_t seed) {
   world_.command(at_, 0);
   world_.step(kClosing);
   const std::optional<std::size_t> thing = held();
+  const double closed_to = world_.opening();
   if (!thing) {
     // Back the way that it came, with an open hand.
     world_.command(at_, grasp.opening);
@@ -313,9 +352,12 @@ Attempt Picker::attempt(std::uint64_t seed) {
     at_ = home;
     settle();
     return finish(Ending::kMissed,
-                  format("closed to %.1f mm on a part of %.1f mm", 1000 * world_.opening(), 1000 * grasp.width));
+                  format("closed to %.1f mm on a part of %.1f mm", 1000 * closed_to, 1000 * grasp.width));
   }
   attempt.thing = thing;
+  const physics::Table& table = place_.world.table;
+  held_object_ = HeldObject(look_.cloud.view(), place_.T_base_camera, look_.result.handles[grasp.handle],
+                            table.T_world_table.t[2] + table.size[2] / 2, grasp.grasp);
   world_.follow(grasp.lift_path, grasp.lift_times, 0);
   at_ = grasp.lift_path.back();
   const bool lifted = world_.held(*thing);

@@ -11,6 +11,7 @@
 #include "handhold/physics.h"
 #include "handhold/planner.h"
 #include "handhold/scene_file.h"
+#include "held_object.h"
 
 namespace handhold::experiments {
 
@@ -85,7 +86,10 @@ class Picker {
   bool touches_hand(std::size_t thing) const;
   bool carry(const plan::JointVector& home);
   std::optional<std::size_t> held() const;
+  bool is_blocked(const std::vector<plan::JointVector>& path) const;
   std::optional<plan::JointVector> over_box(const plan::JointVector& from) const;
+  std::optional<plan::JointVector> nearest_over_box(const std::vector<plan::Pose>& orientations,
+                                                    const plan::JointVector& from) const;
   std::size_t nearest_to(const Vector3& p) const;
 
   Workplace place_;
@@ -93,6 +97,8 @@ class Picker {
   Options options_;
   plan::GraspPlanner planner_;
   plan::JointVector at_;  ///< rad; where the arm was last sent to
+  std::vector<plan::Body> known_;
+  HeldObject held_object_;
   Look look_;
 };
 

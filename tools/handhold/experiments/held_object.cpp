@@ -1,0 +1,89 @@
+#include "held_object.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <map>
+
+#include "handhold/collision.h"
+
+namespace handhold::experiments {
+namespace {
+
+constexpr double kCell = 0.012;     // m; points in neighbouring cells hang together
+constexpr double kAbove = 0.01;     // m; lower, points are the table's
+constexpr double kBeside = 0.01;    // m; points so far from a handle's surface are its own
+constexpr double kFarthest = 0.45;  // m; from the handle: what is farther is another thing
+
+using Cell = std::array<int, 3>;
+
+Cell cell_of(const Vector3& p) {
+  Cell cell;
+  for (std::size_t k = 0; k < 3; ++k) cell[k] = static_cast<int>(std::floor(p[k] / kCell));
+  return cell;
+}
+double distance(const Vector3& a, const Vector3& b) {
+  return std::hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]);
+}
+
+/// From the segment of the handle's axis.
+double from_axis(const Handle& handle, const Vector3& center, const Vector3& axis, const Vector3& p) {
+  Vector3 d{};
+  double along = 0;
+  for (std::size_t k = 0; k < 3; ++k) d[k] = p[k] - center[k], along += d[k] * axis[k];
+  along = std::clamp(along, -handle.length / 2, handle.length / 2);
+  return std::hypot(d[0] - along * axis[0], d[1] - along * axis[1], d[2] - along * axis[2]);
+}
+
+}  // namespace
+
+HeldObject::HeldObject(const CloudView& cloud, const plan::Pose& T_base_cloud, const Handle& handle, double table_top,
+                       const plan::Pose& T_base_tip) {
+  // One point a cell is enough.
+  const Vector3 center = T_base_cloud.point(handle.center), axis = T_base_cloud.direction(handle.axis);
+  std::map<Cell, Vector3> cells;
+  std::vector<Cell> front;
+  for (std::size_t i = 0; i < cloud.size(); ++i) {
+    const float* xyz = cloud.point(i);
+    const Vector3 p = T_base_cloud.point({xyz[0], xyz[1], xyz[2]});
+    if (!std::isfinite(p[0] + p[1] + p[2]) || p[2] < table_top + kAbove || distance(p, center) > kFarthest) continue;
+    const Cell cell = cell_of(p);
+    if (!cells.emplace(cell, p).second) continue;
+    if (from_axis(handle, center, axis, p) < handle.radius + kBeside) front.push_back(cell);
+  }
+  std::map<Cell, bool> taken;
+  for (const Cell& cell : front) taken[cell] = true;
+  while (!front.empty()) {
+    const Cell cell = front.back();
+    front.pop_back();
+    for (int n = 0; n < 27; ++n) {
+      const Cell next = {cell[0] + n % 3 - 1, cell[1] + n / 3 % 3 - 1, cell[2] + n / 9 - 1};
+      if (!cells.count(next) || taken[next]) continue;
+      taken[next] = true;
+      front.push_back(next);
+    }
+  }
+  const plan::Pose T_tip_base = T_base_tip.inverse();
+  for (const auto& [cell, is_taken] : taken) {
+    if (is_taken) points_.push_back(T_tip_base.point(cells.at(cell)));
+  }
+  if (points_.empty()) return;
+  for (const Vector3& p : points_) {
+    for (std::size_t k = 0; k < 3; ++k) middle_[k] += p[k] / static_cast<double>(points_.size());
+  }
+  for (const Vector3& p : points_) radius_ = std::max(radius_, distance(p, middle_));
+}
+
+double HeldObject::below(const plan::Pose& T_base_tip) const {
+  double lowest = 0;
+  for (const Vector3& p : points_) lowest = std::min(lowest, T_base_tip.direction(p)[2]);
+  return -lowest;
+}
+
+bool HeldObject::near(const plan::Pose& T_base_tip, const plan::Body& body, double margin) const {
+  if (points_.empty() || plan::distance(body, T_base_tip.point(middle_)) > radius_ + margin) return false;
+  return std::any_of(points_.begin(), points_.end(),
+                     [&](const Vector3& p) { return plan::distance(body, T_base_tip.point(p)) < margin; });
+}
+
+}  // namespace handhold::experiments

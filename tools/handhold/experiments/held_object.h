@@ -1,0 +1,30 @@
+// What a hand has taken hold of, as far as the camera saw it.
+#pragma once
+
+#include <vector>
+
+#include "handhold/planner.h"
+
+namespace handhold::experiments {
+
+/// Points of an object in the frame of the hand that holds it.
+class HeldObject {
+ public:
+  HeldObject() = default;
+  /// The points of a cloud that hang together with a handle, above a table.
+  /// @param table_top  m; z in base
+  HeldObject(const CloudView& cloud, const plan::Pose& T_base_cloud, const Handle& handle, double table_top,
+             const plan::Pose& T_base_tip);
+
+  /// m; how far it reaches below the tip's frame when the hand is turned so; at least 0
+  double below(const plan::Pose& T_base_tip) const;
+  /// Whether a point comes nearer than `margin` (m) to a body.
+  bool near(const plan::Pose& T_base_tip, const plan::Body& body, double margin) const;
+
+ private:
+  std::vector<Vector3> points_;  ///< m; tip's frame
+  Vector3 middle_ = {0, 0, 0};
+  double radius_ = 0;  ///< m; of a ball about the middle that holds all
+};
+
+}  // namespace handhold::experiments
