@@ -1,0 +1,100 @@
+// handhold experiment table1 and table2: small parts of them.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "process.h"
+#include "sample_files.h"
+
+namespace handhold::test {
+namespace {
+
+using Json = nlohmann::json;
+using Words = std::vector<std::string>;
+
+class Grasping : public ::testing::Test {
+ protected:
+  void SetUp() override {
+#ifndef HANDHOLD_WITH_PHYSICS
+    GTEST_SKIP() << "built without MuJoCo, KDL or urdfdom";
+#endif
+  }
+  Outcome experiment(Words words) const {
+    words.insert(words.begin(), "experiment");
+    return run_program(words, folder_.path());
+  }
+  void expect_refusal(const Words& words, int exit_code, const Words& parts) const {
+    const Outcome done = experiment(words);
+    EXPECT_EQ(done.exit_code, exit_code) << done.err;
+    EXPECT_EQ(done.out, "");
+    EXPECT_EQ(done.err.find('\n'), done.err.size() - 1) << done.err;
+    for (const std::string& part : parts) EXPECT_NE(done.err.find(part), std::string::npos) << part << done.err;
+  }
+  std::vector<std::string> lines(const std::string& name) const {
+    std::istringstream text(folder_.read(name));
+    std::vector<std::string> all;
+    for (std::string line; std::getline(text, line);) {
+      if (!all.empty()) {
+        EXPECT_EQ(std::count(line.begin(), line.end(), ','), std::count(all[0].begin(), all[0].end(), ',')) << line;
+      }
+      all.push_back(line);
+    }
+    return all;
+  }
+  Folder folder_;
+};
+
+TEST_F(Grasping, Table1OfOneObject) {
+  const Outcome done =
+      experiment({"table1", "--objects", "plunger", "--orientations", "1", "--places", "2", "-o", "out"});
+  ASSERT_EQ(done.exit_code, 0) << done.err;
+  EXPECT_EQ(done.err, "");
+  EXPECT_NE(done.out.find("Plunger"), std::string::npos);
+  EXPECT_NE(done.out.find("11/12"), std::string::npos) << done.out;  // the paper's
+  EXPECT_NE(done.out.find("slot 2"), std::string::npos) << done.out;
+  const Json json = Json::parse(folder_.read("out/table1.json"));
+  EXPECT_EQ(json["trials"], 2);
+  ASSERT_EQ(json["objects"].size(), 1u);
+  const Json& plunger = json["objects"][0];
+  EXPECT_EQ(plunger["name"], "plunger");
+  EXPECT_EQ(plunger["trials"], 2);
+  for (const char* attempt : {"first", "second", "third"}) EXPECT_EQ(json[attempt], plunger[attempt]);
+  EXPECT_LE(json["first"], json["second"]);
+  EXPECT_LE(json["second"], json["third"]);
+  // The physics is not a formality, but a plunger is easy.
+  EXPECT_EQ(json["third"], 2);
+  const std::vector<std::string> csv = lines("out/table1.csv");
+  ASSERT_GE(csv.size(), 3u);
+  EXPECT_EQ(csv[1].rfind("single_plunger_o1_p1,1,plunger,2,hard,", 0), 0u) << csv[1];
+}
+
+TEST_F(Grasping, Table2OfOneTableIsTheSameForAnyNumberOfThreads) {
+  const Outcome done = experiment({"table2", "--runs", "1", "--json", "-", "--threads", "1"});
+  ASSERT_EQ(done.exit_code, 0) << done.err;
+  const Json json = Json::parse(done.out);
+  EXPECT_EQ(json["of"], 5);
+  EXPECT_EQ(json["runs"].size(), 1u);
+  EXPECT_GE(json["grasped"], 3);
+  EXPECT_GE(json["attempts"], json["grasped"]);
+  EXPECT_NE(done.err.find("paper: 46 of 50"), std::string::npos) << done.err;
+  EXPECT_NE(done.err.find("–"), std::string::npos) << done.err;
+  const Outcome again = experiment({"table2", "--runs", "1", "--json", "-", "--threads", "2"});
+  EXPECT_EQ(again.out, done.out);
+}
+
+TEST_F(Grasping, WrongUse) {
+  expect_refusal({"table1", "--objects", "mug"}, 2, {"--objects", "'mug'", "plunger"});
+  expect_refusal({"table1", "--objects", ","}, 2, {"--objects", "plunger"});
+  expect_refusal({"table1", "--orientations", "5"}, 2, {"--orientations = '5'", "1 to 4"});
+  expect_refusal({"table1", "--places", "0"}, 2, {"--places = '0'", "1 to 3"});
+  expect_refusal({"table2", "--runs", "0"}, 2, {"--runs = '0'"});
+  expect_refusal({"table2", "--csv", "no/such/folder.csv"}, 1, {"'no/such/folder.csv'"});
+  expect_refusal({"table2", "more"}, 2, {"'more'"});
+}
+
+}  // namespace
+}  // namespace handhold::test

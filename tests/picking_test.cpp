@@ -1,0 +1,177 @@
+// The robot that grasps in physics: which gripper it takes, what it knows of a held object, and whole attempts.
+#include "picking.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "handhold/random_scene.h"
+
+namespace handhold::experiments {
+namespace {
+
+using Tip = plan::ElectricGripper::Tip;
+
+plan::ElectricGripper in_slot(int slot) {
+  plan::ElectricGripper gripper;
+  gripper.slot = slot;
+  return gripper;
+}
+
+TEST(Gripper, HoldsWhatItsStrokeAllows) {
+  // Slot 2 with hard tips opens from 16 to 57.7 mm.
+  EXPECT_FALSE(can_hold(in_slot(2), 0.015, 0.004));
+  EXPECT_TRUE(can_hold(in_slot(2), 0.020, 0.004));
+  EXPECT_TRUE(can_hold(in_slot(2), 0.049, 0.004));
+  EXPECT_FALSE(can_hold(in_slot(2), 0.051, 0.004));
+  EXPECT_TRUE(can_hold(in_slot(2), 0.051, 0.003));
+  EXPECT_FALSE(can_hold(in_slot(1), 0, 0.004));
+}
+
+TEST(Gripper, IsChosenForTheObjects) {
+  for (const physics::ObjectFacts& facts : physics::paper_objects()) {
+    SCOPED_TRACE(facts.family);
+    const plan::ElectricGripper gripper = gripper_for({facts.family});
+    const sensor::Object object = sensor::make_object(facts.family);
+    EXPECT_TRUE(std::any_of(object.parts.begin(), object.parts.end(), [&](const sensor::Part& part) {
+      return part.confidence >= 0.5 && can_hold(gripper, 2 * part.radius, 0.004);
+    }));
+    EXPECT_EQ(gripper.tip, Tip::kHard);
+  }
+  // A handle of 15 mm is thinner than slot 2 closes.
+  EXPECT_EQ(gripper_for({"pot"}).slot, 1);
+  EXPECT_EQ(gripper_for({"plunger"}).slot, 2);
+  // No hard tips hold both of these: 15 and 32 mm with room beside.
+  EXPECT_EQ(gripper_for({"pot", "purex_bottle"}).tip, Tip::kHalfRound);
+}
+
+/// Points every 5 mm on a box.
+void add_box(std::vector<float>& xyz, const Vector3& low, const Vector3& high) {
+  for (double x = low[0]; x <= high[0] + 1e-9; x += 0.005) {
+    for (double y = low[1]; y <= high[1] + 1e-9; y += 0.005) {
+      for (double z = low[2]; z <= high[2] + 1e-9; z += 0.005) {
+        for (const double v : {x, y, z}) xyz.push_back(static_cast<float>(v));
+      }
+    }
+  }
+}
+
+TEST(HeldObject, IsWhatHangsTogetherWithTheHandle) {
+  std::vector<float> xyz;
+  add_box(xyz, {0.6, -0.01, 0}, {0.62, 0.01, 0.2});       // a shaft
+  add_box(xyz, {0.56, -0.05, 0.02}, {0.66, 0.05, 0.06});  // the block on it
+  add_box(xyz, {0.7, -0.05, 0.0}, {0.8, 0.05, 0.3});      // another thing, 40 mm beside
+  add_box(xyz, {0.4, -0.2, 0}, {0.9, 0.2, 0});            // the table
+  xyz.insert(xyz.end(), 3, std::nanf(""));
+  Cloud cloud;
+  cloud.xyz = xyz;
+  cloud.width = static_cast<std::uint32_t>(xyz.size() / 3);
+  Handle handle;
+  handle.center = {0.61, 0, 0.15};
+  handle.axis = {0, 0, 1};
+  handle.radius = 0.012;
+  handle.length = 0.08;
+  plan::Pose tip;
+  tip.t = {0.61, 0, 0.15};
+  const HeldObject object(cloud.view(), {}, handle, 0, tip);
+
+  // Down to where the table's points begin, 10 mm above it, less a cell.
+  EXPECT_NEAR(object.below(tip), 0.14, 0.013);
+  plan::Body ball;
+  ball.kind = plan::Shape::Kind::kSphere;
+  ball.radius = 0.01;
+  const auto near_at = [&](const plan::Pose& hand, const Vector3& p, double margin) {
+    ball.T_base_body.t = p;
+    return object.near(hand, ball, margin);
+  };
+  EXPECT_TRUE(near_at(tip, {0.61, 0, 0.1}, 0));          // in the shaft
+  EXPECT_TRUE(near_at(tip, {0.57, 0.04, 0.04}, 0));      // in the block
+  EXPECT_FALSE(near_at(tip, {0.75, 0, 0.25}, 0.005));    // in the other thing
+  EXPECT_FALSE(near_at(tip, {0.5, 0.15, 0}, 0.005));     // on the table
+  EXPECT_FALSE(near_at(tip, {0.61, 0.09, 0.04}, 0.02));  // 30 mm beside the block
+  EXPECT_TRUE(near_at(tip, {0.61, 0.09, 0.04}, 0.04));
+  // It goes where the hand goes, and turns with it.
+  plan::Pose moved = sensor::translation(0, 0, 1) * tip;
+  EXPECT_TRUE(near_at(moved, {0.61, 0, 1.1}, 0));
+  EXPECT_FALSE(near_at(moved, {0.61, 0, 0.1}, 0.005));
+  const plan::Pose upside_down = tip * sensor::rotation({1, 0, 0}, 3.141592653589793);
+  EXPECT_NEAR(object.below(upside_down), 0.05, 0.013);
+  EXPECT_TRUE(near_at(upside_down, {0.57, 0.04, 0.26}, 0));
+
+  EXPECT_EQ(HeldObject().below(tip), 0);
+  EXPECT_FALSE(HeldObject().near(tip, ball, 1));
+}
+
+Options localizer() {
+  Options options = Options::baxter();
+  options.hand_aperture = in_slot(2).opening_open();
+  options.hand_minimum = in_slot(2).opening_closed();
+  return options;
+}
+
+/// The first scene of an object of the paper.
+std::vector<physics::Thing> alone(const std::string& family, const Workplace& place) {
+  for (const sensor::SceneFile& file : sensor::single_object_scenes()) {
+    if (file.objects.back().family == family) return things_of(file, place.T_base_scene);
+  }
+  return {};
+}
+
+TEST(Picker, PutsAPlungerIntoTheBox) {
+  const Workplace place = workplace(in_slot(2));
+  std::vector<double> ends;
+  for (int i = 0; i < 2; ++i) {
+    Picker picker(place, alone("plunger", place), localizer());
+    EXPECT_TRUE(picker.settle());
+    EXPECT_EQ(picker.left().size(), 1u);
+    const Attempt attempt = picker.attempt(7);
+    EXPECT_EQ(attempt.ending, Ending::kGrasped) << attempt.why;
+    EXPECT_EQ(attempt.thing, 0u);
+    EXPECT_TRUE(picker.left().empty());
+    EXPECT_TRUE(picker.world().in_bin(0));
+    EXPECT_GT(attempt.seconds, 5);
+    for (const double v : picker.world().pose(0).R) ends.push_back(v);
+    for (const double v : picker.world().pose(0).t) ends.push_back(v);
+  }
+  // The same seed gives the same, to the last bit.
+  EXPECT_TRUE(std::equal(ends.begin(), ends.begin() + 12, ends.begin() + 12));
+}
+
+TEST(Picker, LosesWhatIsTooSlippery) {
+  const Workplace place = workplace(in_slot(2));
+  std::vector<physics::Thing> things = alone("plunger", place);
+  things[0].friction = 0.02;
+  Picker picker(place, things, localizer());
+  picker.settle();
+  const Attempt attempt = picker.attempt(7);
+  EXPECT_NE(attempt.ending, Ending::kGrasped);
+  EXPECT_NE(attempt.ending, Ending::kNotLocalized);
+  EXPECT_NE(attempt.ending, Ending::kNoPlan);
+  EXPECT_FALSE(picker.world().in_bin(0));
+}
+
+TEST(Picker, DoesNothingWithoutAHandleOrAPlan) {
+  const Workplace place = workplace(in_slot(2));
+  Picker nothing(place, {}, localizer());
+  EXPECT_EQ(nothing.attempt(1).ending, Ending::kNotLocalized);
+  EXPECT_TRUE(nothing.left().empty());
+
+  // Beyond the arm's reach, but within the camera's.
+  std::vector<physics::Thing> things = alone("plunger", place);
+  things[0].T_world_object.t[0] = 1.15;
+  things[0].T_world_object.t[1] = 0.45;
+  Picker far(place, things, localizer());
+  far.settle();
+  const plan::JointVector before = far.world().joints();
+  const Attempt attempt = far.attempt(1);
+  EXPECT_EQ(attempt.ending, Ending::kNoPlan) << attempt.why;
+  EXPECT_FALSE(attempt.why.empty());
+  EXPECT_FALSE(attempt.thing.has_value());
+  EXPECT_EQ(far.world().joints(), before);
+  EXPECT_EQ(far.left().size(), 1u);
+  EXPECT_EQ(attempt.pushed, 0);
+}
+
+}  // namespace
+}  // namespace handhold::experiments
