@@ -1,7 +1,7 @@
 // The scenes of the paper's experiments: the same on every run.
 #include <algorithm>
 #include <cmath>
-#include <iterator>
+#include <stdexcept>
 #include <utility>
 
 #include "draw.h"
@@ -46,22 +46,16 @@ SceneFile scene_of(const std::string& name, const std::vector<Place>& places, co
   return file;
 }
 
-/// Of Table 1.
-constexpr const char* kObjects[] = {"blue_bottle", "purex_bottle", "all_bottle", "carrying_case",
-                                    "brush_1",     "pot",          "plunger",    "sprayer",
-                                    "dust_pan",    "brush_2",      "sponge",     "lint_roller"};
-
 /// `count` of them, each at most once.
-std::vector<const char*> drawn(Draw& draw, std::size_t count) {
-  std::vector<const char*> objects(std::begin(kObjects), std::end(kObjects));
-  for (std::size_t i = 0; i < count; ++i) std::swap(objects[i], objects[i + draw.index(objects.size() - i)]);
-  objects.resize(count);
-  return objects;
+std::vector<std::string> drawn(std::vector<std::string> families, Draw& draw, std::size_t count) {
+  for (std::size_t i = 0; i < count; ++i) std::swap(families[i], families[i + draw.index(families.size() - i)]);
+  families.resize(count);
+  return families;
 }
 
 /// Puts an object beside the others; false when no place was found.
-bool put(SceneFile& file, const char* family, std::vector<Resting>& others, Draw& draw) {
-  constexpr double kGap = 0.03, kHalfWidth = 0.26, kNear = -0.16, kFar = 0.16;  // m
+bool put(SceneFile& file, const std::string& family, std::vector<Resting>& others, Draw& draw) {
+  constexpr double kGap = 0.03, kHalfWidth = 0.24, kNear = -0.15, kFar = 0.15;  // m
   const Resting thing = at_rest(family, family, {}, {});
   for (int i = 0; i < 200; ++i) {
     const double x = draw.uniform(-kHalfWidth, kHalfWidth), y = draw.uniform(kNear, kFar);
@@ -78,8 +72,13 @@ bool put(SceneFile& file, const char* family, std::vector<Resting>& others, Draw
 
 }  // namespace
 
-std::vector<SceneFile> clear_table_scenes(std::uint64_t seed, int count) {
+std::vector<SceneFile> clear_table_scenes(const std::vector<std::string>& families, std::uint64_t seed, int count) {
   constexpr std::size_t kThings = 5;
+  if (families.size() < kThings) {
+    throw std::invalid_argument("clear_table_scenes: " + std::to_string(families.size()) +
+                                " families; at least five are needed");
+  }
+  for (const std::string& name : families) family(name);
   std::vector<SceneFile> scenes;
   for (std::uint32_t series = 1; scenes.size() < static_cast<std::size_t>(count); ++series) {
     Draw draw(seed, series);
@@ -87,7 +86,7 @@ std::vector<SceneFile> clear_table_scenes(std::uint64_t seed, int count) {
                               seed + scenes.size());
     std::vector<Resting> things;
     bool all = true;
-    for (const char* family : drawn(draw, kThings)) all = all && put(file, family, things, draw);
+    for (const std::string& name : drawn(families, draw, kThings)) all = all && put(file, name, things, draw);
     if (all) scenes.push_back(std::move(file));
   }
   return scenes;
@@ -140,6 +139,9 @@ std::vector<SceneFile> paper_scenes() {
 }
 
 std::vector<SceneFile> single_object_scenes() {
+  constexpr const char* kObjects[] = {"blue_bottle", "purex_bottle", "all_bottle", "carrying_case",
+                                      "brush_1",     "pot",          "plunger",    "sprayer",
+                                      "dust_pan",    "brush_2",      "sponge",     "lint_roller"};
   // Handles point to +x in their objects; the camera stands at -y: half a turn's range shows them to it.
   constexpr double kYaws[] = {-150, -110, -65, -20};
   constexpr Point2 kPositions[] = {{0, 0}, {-0.16, 0.08}, {0.15, -0.06}};

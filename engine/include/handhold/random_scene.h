@@ -48,8 +48,9 @@ std::vector<SceneFile> paper_scenes();
 /// Each of the twelve objects alone, in four orientations at three positions: 144 scenes.
 std::vector<SceneFile> single_object_scenes();
 
-/// Clear-the-table scenes (paper, Table 2): five of the twelve objects, drawn and placed at random, at least 30 mm
-/// apart, with what one holds them by on the camera's side. The same seed gives the same scenes.
-std::vector<SceneFile> clear_table_scenes(std::uint64_t seed, int count);
+/// Clear-the-table scenes (paper, Table 2): five objects of these families, each at most once, drawn and placed at
+/// random, at least 30 mm apart, with what one holds them by on the camera's side. The same arguments give the same
+/// scenes. @throws std::invalid_argument for fewer than five families, or an unknown one
+std::vector<SceneFile> clear_table_scenes(const std::vector<std::string>& families, std::uint64_t seed, int count);
 
 }  // namespace handhold::sensor

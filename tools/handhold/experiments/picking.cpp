@@ -12,10 +12,12 @@ namespace {
 using evaluation::format;
 
 constexpr double kPi = 3.141592653589793;
-constexpr double kDrop = 0.002;      // m; things start so far above the table
-constexpr double kSettle = 4;        // s; at most
-constexpr double kClosing = 0.8;     // s; the fingers need for their stroke, and to press
-constexpr double kCarrySpeed = 0.2;  // share of the joints' limits, with something in the hand
+constexpr double kDrop = 0.002;        // m; things start so far above the table
+constexpr double kBesidePart = 0.003;  // m; of the fingers, on each side
+constexpr double kLift = 0.2;          // m; what is heavy turns in the hand, and hangs below it
+constexpr double kSettle = 4;          // s; at most
+constexpr double kClosing = 0.8;       // s; the fingers need for their stroke, and to press
+constexpr double kCarrySpeed = 0.2;    // share of the joints' limits, with something in the hand
 constexpr int kShakes = 6;
 constexpr double kShake = 0.7, kShakeSpeed = 0.6;  // rad; share of the wrist's limit
 constexpr double kAboveBox = 0.3;                  // m; of the hand over the rim: what it holds hangs from it
@@ -51,6 +53,8 @@ std::vector<std::pair<std::string, plan::Body>> known_bodies(const physics::Worl
 plan::PlannerOptions planner_options() {
   plan::PlannerOptions options;
   options.max_grasps = 1;
+  options.finger_clearance = kBesidePart;
+  options.lift = kLift;
   return options;
 }
 
@@ -92,7 +96,7 @@ Workplace workplace(const plan::ElectricGripper& gripper) {
   place.world.bin.T_world_bin = sensor::translation(0.35, -0.97, -0.45);
   // Scenes are seen from their -y; the robot looks along +x. The table's top is z = -0.15.
   place.T_base_scene = sensor::translation(0.72, -0.1, -0.15) * sensor::rotation({0, 0, 1}, -kPi / 2);
-  place.T_base_camera = sensor::look_at({0.15, 0, 0.38}, {0.72, -0.06, -0.08});
+  place.T_base_camera = sensor::look_at({0.15, 0, 0.38}, {0.72, -0.1, -0.08});
   place.camera = sensor::CameraOptions::xtion();
   return place;
 }
@@ -103,7 +107,6 @@ bool can_hold(const plan::ElectricGripper& gripper, double diameter, double clea
 }
 
 plan::ElectricGripper gripper_for(const std::vector<std::string>& families) {
-  const double clearance = plan::PlannerOptions().finger_clearance;
   plan::ElectricGripper best;
   std::size_t most = 0;
   using Tip = plan::ElectricGripper::Tip;
@@ -117,7 +120,7 @@ plan::ElectricGripper gripper_for(const std::vector<std::string>& families) {
       for (const std::string& family : families) {
         const sensor::Object object = sensor::make_object(family);
         held += std::any_of(object.parts.begin(), object.parts.end(), [&](const sensor::Part& part) {
-          return part.confidence >= 0.5 && can_hold(gripper, 2 * part.radius, clearance);
+          return part.confidence >= 0.5 && can_hold(gripper, 2 * part.radius, kBesidePart);
         });
       }
       if (held > most) most = held, best = gripper;

@@ -2,6 +2,7 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <iterator>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -27,6 +28,13 @@ constexpr int kRuns = 10;
 constexpr int kMostAttempts = 10;
 /// Looks in a row that lead to no attempt, before the robot gives up.
 constexpr int kMostLooks = 3;
+
+/// The paper's objects but one: the blue bottle needs slot 3, in which the fingers do not close on any of the others.
+constexpr const char* kFamilies[] = {"purex_bottle", "all_bottle", "carrying_case", "brush_1", "pot",        "plunger",
+                                     "sprayer",      "dust_pan",   "brush_2",       "sponge",  "lint_roller"};
+constexpr const char* kLeftOut =
+    "Not among them: the blue bottle, of 58 to 72 mm. It needs slot 3, which closes to 35.0 mm: on none of the "
+    "others.\n";
 
 struct Run {
   sensor::SceneFile scene;
@@ -101,7 +109,7 @@ Report report_of(const std::vector<Run>& runs) {
   report.text = row("run", number) + row("objects grasped", grasped) + row("attempts", attempts) +
                 row("paper: grasped", paper_grasped) + row("paper: attempts", paper_attempts) +
                 format("%d of %d objects in %d attempts (paper: 46 of 50)\n\n", sum_grasped, sum_of, sum_attempts) +
-                failures_text(records) + gripper_reasons(grippers);
+                failures_text(records) + gripper_reasons(grippers) + kLeftOut;
   report.csv = attempts_csv(records);
   report.panels = {panel};
   return report;
@@ -112,7 +120,8 @@ int run(const CommonArguments& common) {
   const int count = runs_of(common, kRuns);
   const Outputs outputs(common, "table2");
   std::vector<Run> runs;
-  for (sensor::SceneFile& scene : sensor::clear_table_scenes(seed, count)) {
+  for (sensor::SceneFile& scene :
+       sensor::clear_table_scenes({std::begin(kFamilies), std::end(kFamilies)}, seed, count)) {
     Run run;
     for (const sensor::SceneObject& object : scene.objects) {
       if (object.family != "board") run.families.push_back(object.family);
