@@ -156,9 +156,10 @@ class Search {
   /// Whether the hand has to turn less, from where the arm starts, to the flipped pose.
   bool prefers_flip(const Pose& pose) const {
     const Pose start = arm_.forward(options_.start);
-    double agreement = 0;
-    for (int row = 0; row < 3; ++row) agreement += pose.R[3 * row] * start.R[3 * row];
-    return agreement < 0;
+    // The cosine of the turn grows with the trace of R_start^T R; a flip turns the signs of x and y about.
+    double trace = 0;
+    for (const std::size_t i : {0, 1, 3, 4, 6, 7}) trace += pose.R[i] * start.R[i];
+    return trace < 0;
   }
 
   std::optional<Reason> look_at(const HandlePlace& place, const Approach& approach, bool flipped, Grasp& grasp,
