@@ -13,6 +13,8 @@ namespace {
 constexpr double kFar = 0.15;
 /// Ways (m) shorter than this are not cut any more.
 constexpr double kShortest = 0.002;
+/// Nearer (m) is touching: bodies that overlap are 0 apart, so that a clearance of 0 alone would let them.
+constexpr double kTouch = 1e-6;
 
 /// A capsule within the cylinder that is meant: Shape's contains it, and sticks out at both ends by its radius.
 Shape inscribed(const Shape& shape) {
@@ -27,6 +29,8 @@ Shape inscribed(const Shape& shape) {
 
 RobotCheck::RobotCheck(const Arm& arm, const Clearances& clearances)
     : arm_(arm), clearances_(clearances), tip_(arm.link_index(arm.tip())) {
+  clearances_.hand = std::max(clearances_.hand, kTouch);
+  clearances_.arm = std::max(clearances_.arm, kTouch);
   for (const Shape& shape : arm_.shapes()) inscribed_.push_back(inscribed(shape));
   choose_pairs();
 }
