@@ -11,7 +11,7 @@ namespace {
 
 /// Farther obstacles are not looked for (m). Samples of a path with as much room at both ends need no more between.
 constexpr double kFar = 0.15;
-/// Ways (m) shorter than this are not cut any more.
+/// Between two samples at most half of this (m) of a clearance is given up.
 constexpr double kShortest = 0.002;
 /// Nearer (m) is touching: bodies that overlap are 0 apart, so that a clearance of 0 alone would let them.
 constexpr double kTouch = 1e-6;
@@ -150,9 +150,8 @@ std::optional<GraspPlanner::Hit> RobotCheck::between(const Obstacles& obstacles,
                                                      double opening, bool hand) const {
   double way = 0;
   for (std::size_t j = 0; j < from.size(); ++j) way += arm_.sweeps()[j] * std::fabs(to[j] - from[j]);
-  // The room is what is left beyond the required clearance, of which the hand's is the least.
-  const double least = hand ? std::min(clearances_.hand, clearances_.arm) : clearances_.arm;
-  if (way <= std::max(room_from + room_to + 2 * least, kShortest)) return std::nullopt;
+  // The room is what is left beyond the required clearance.
+  if (way <= room_from + room_to + kShortest) return std::nullopt;
   JointVector middle(from.size());
   for (std::size_t j = 0; j < from.size(); ++j) middle[j] = (from[j] + to[j]) / 2;
   const Clear clear = clearance(obstacles, arm_.link_poses(middle, opening), hand, kFar);

@@ -153,8 +153,8 @@ class GraspPlanner {
     std::string what;
   };
   std::optional<Hit> hit(const JointVector& q, double opening, bool hand = true) const;
-  /// The same along a path: also between its samples nothing that moves comes to an obstacle (from the distances at
-  /// the samples and Arm::sweeps()). The robot's own links are looked at in the samples.
+  /// The same along a path, with the clearances at its samples, and but for 1 mm of them everywhere between (from the
+  /// distances at the samples and Arm::sweeps()). The robot's own links are looked at in the samples.
   std::optional<Hit> hit(const std::vector<JointVector>& path, double opening, bool hand = true) const;
 
  private:
