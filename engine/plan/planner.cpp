@@ -158,9 +158,10 @@ class Search {
     const Hand& hand = arm_.hand();
     if (width_ + 2 * options_.finger_clearance > hand.opening_max) return Reason::kTooWide;
     if (width_ <= hand.opening_min) return Reason::kTooThin;
-    if (!arm_.may_reach(hand_pose(place, approach.direction, options_.depths.back(), flipped))) {
-      return Reason::kOutOfReach;
-    }
+    const auto may_reach = [&](double depth) {
+      return arm_.may_reach(hand_pose(place, approach.direction, depth, flipped));
+    };
+    if (std::none_of(options_.depths.begin(), options_.depths.end(), may_reach)) return Reason::kOutOfReach;
     if (!fit_hand(place, approach, flipped, grasp, what)) return Reason::kHandHits;
     grasp.handle = index_;
     grasp.width = width_;
