@@ -273,12 +273,12 @@ class Search {
       what = hit->what;
       return hit->reason;
     }
-    if (const auto reason = raise(q, grasp, what)) return reason;
     grasp.path = straight_path(options_.start, approach.front(), options_.step);
     if (const auto hit = check_.path(obstacles_, grasp.path, grasp.opening, true)) {
       what = hit->what;
       return Reason::kPathHits;
     }
+    if (const auto reason = raise(q, grasp, what)) return reason;
     grasp.pregrasp_index = grasp.path.size() - 1;
     grasp.times = path_times(grasp.path, arm_.joints(), options_.speed, options_.acceleration_time);
     const std::vector<double> more =
