@@ -35,8 +35,9 @@ KDL::Chain chain_of(const ArmModel& model) {
 /// The solvers for one pose. They keep state while they iterate, so every call has its own.
 class Solver {
  public:
-  Solver(const ArmModel& model, const Pose& T_base_tip)
+  Solver(const ArmModel& model, const Pose& T_base_tip, const JointVector& reference)
       : joints_(model.joints),
+        reference_(reference),
         goal_(to_kdl(T_base_tip)),
         lower_(static_cast<unsigned>(joints_.size())),
         upper_(lower_),
@@ -81,13 +82,20 @@ class Solver {
     for (unsigned i = 0; i < seed.size(); ++i) start_(i) = seed[i];
   }
 
-  /// The solver's last positions, whole turns off, when they are within the limits and right.
+  /// The same angle, whole turns off: of those within the limits, the nearest to the reference.
+  static double unwound(double angle, const Joint& joint, double reference) {
+    angle -= kTurn * std::round((angle - reference) / kTurn);
+    if (angle > joint.upper) return angle - kTurn * std::ceil((angle - joint.upper) / kTurn);
+    if (angle < joint.lower) return angle + kTurn * std::ceil((joint.lower - angle) / kTurn);
+    return angle;
+  }
+
+  /// The solver's last positions, unwound, when they are within the limits and right.
   std::optional<JointVector> checked() {
     JointVector q(joints_.size());
     for (unsigned i = 0; i < q.size(); ++i) {
       const Joint& joint = joints_[i];
-      q[i] = end_(i);
-      if (!joint.prismatic) q[i] -= kTurn * std::round((q[i] - (joint.lower + joint.upper) / 2) / kTurn);
+      q[i] = joint.prismatic ? end_(i) : unwound(end_(i), joint, reference_[i]);
       if (!(q[i] >= joint.lower && q[i] <= joint.upper)) return std::nullopt;
       end_(i) = q[i];
     }
@@ -99,6 +107,7 @@ class Solver {
   }
 
   const std::vector<Joint>& joints_;
+  const JointVector& reference_;
   const KDL::Frame goal_;
   KDL::JntArray lower_, upper_, start_, end_;
   const KDL::Chain chain_;
@@ -158,7 +167,7 @@ JointVector checked_reference(const Arm& arm, const IkOptions& options) {
 template <class Take>
 void for_each_solution(const ArmModel& model, const Pose& T_base_tip, const JointVector& reference,
                        const IkOptions& options, Take take) {
-  Solver solver(model, T_base_tip);
+  Solver solver(model, T_base_tip, reference);
   bool found = false;
   for (int i = 0; i <= options.restarts; ++i) {
     const auto q = solver.marquardt(seed_of(model, reference, options.seed, i));
