@@ -4,7 +4,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "bodies.h"
 #include "random.h"
+#include "vec3.h"
 
 namespace handhold::plan {
 namespace {
@@ -87,11 +89,19 @@ std::optional<std::string> RobotCheck::hand(const Obstacles& obstacles, const Po
 }
 
 std::optional<std::string> RobotCheck::itself(const std::vector<Pose>& T_base_link) const {
-  std::vector<Body> bodies;
-  bodies.reserve(inscribed_.size());
-  for (const Shape& shape : inscribed_) bodies.push_back(placed(shape, T_base_link[shape.link]));
+  std::vector<Core> cores;
+  std::vector<double> reaches;  // m
+  cores.reserve(inscribed_.size());
+  reaches.reserve(inscribed_.size());
+  for (const Shape& shape : inscribed_) {
+    cores.push_back(core_of(placed(shape, T_base_link[shape.link])));
+    reaches.push_back(reach(cores.back()));
+  }
   for (const auto& [a, b] : pairs_) {
-    if (distance(bodies[a], bodies[b]) > clearances_.self) continue;
+    // Balls about them first: most are far from each other.
+    const Vector3 way = cores[a].T_base_core.t - cores[b].T_base_core.t;
+    const double near = reaches[a] + reaches[b] + clearances_.self;
+    if (dot(way, way) > near * near || distance(cores[a], cores[b]) > clearances_.self) continue;
     // The one that moves less is what the arm runs into.
     const std::size_t link_a = inscribed_[a].link, link_b = inscribed_[b].link;
     return arm_.links()[arm_.link_joints()[link_a] < arm_.link_joints()[link_b] ? link_a : link_b];
