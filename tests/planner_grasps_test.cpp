@@ -202,20 +202,6 @@ TEST(PlannerGrasps, OfAGantryAreThoseOfPencilAndPaper) {
   EXPECT_EQ(grasp.opening, 0.1) << "there is room";
 }
 
-TEST(PlannerGrasps, JointsThatTurnMoreThanHalfWayRoundGoOn) {
-  // From 3.4 rad, the hand is the same at -2.88 rad: a turn away.
-  const Arm arm = gantry_arm();
-  IkOptions ik;
-  ik.reference = {0, 0, 0, 0, 0, 3.4};
-  const auto q = arm.inverse(arm.forward({0.4, 0, 0, 0, 0, 3.3}), ik);
-  ASSERT_TRUE(q);
-  EXPECT_NEAR((*q)[5], 3.3, 1e-3);
-  // Where the reference's own turn ends at the limit, the other one is taken.
-  const auto other = arm.inverse(arm.forward({0.4, 0, 0, 0, 0, -2.7}), ik);
-  ASSERT_TRUE(other);
-  EXPECT_NEAR((*other)[5], -2.7, 1e-3);
-}
-
 TEST(PlannerGrasps, OpenAsWideAsThereIsRoom) {
   GraspPlanner planner(gantry_arm(), one_approach());
   for (const double wall : {0.064, 0.052}) {

@@ -1,14 +1,14 @@
-// Inverse kinematics: Levenberg-Marquardt from many seeds, then Newton-Raphson within the limits from as many.
+// Inverse kinematics: Levenberg-Marquardt from many seeds, then KDL's Newton-Raphson.
 #include <algorithm>
 #include <cmath>
 #include <kdl/chain.hpp>
 #include <kdl/chainfksolverpos_recursive.hpp>
-#include <kdl/chainiksolverpos_lma.hpp>
 #include <kdl/chainiksolverpos_nr_jl.hpp>
 #include <kdl/chainiksolvervel_pinv.hpp>
 #include <kdl/jntarray.hpp>
 #include <stdexcept>
 
+#include "marquardt.h"
 #include "model.h"
 #include "random.h"
 
@@ -45,21 +45,20 @@ class Solver {
         end_(lower_),
         chain_(chain_of(model)),
         forward_(chain_),
-        marquardt_(chain_, weights(), 1e-6, kIterations) {
+        marquardt_(model, goal_) {
     for (unsigned i = 0; i < joints_.size(); ++i) {
       lower_(i) = joints_[i].lower;
       upper_(i) = joints_[i].upper;
     }
   }
 
-  /// Levenberg-Marquardt knows no limits: fast, but what it finds may be beyond them.
-  std::optional<JointVector> marquardt(const JointVector& seed) {
-    set_start(seed);
-    marquardt_.CartToJnt(start_, goal_, end_);
+  std::optional<JointVector> marquardt(JointVector seed) {
+    if (!marquardt_.run(seed, kIterations)) return std::nullopt;
+    for (unsigned i = 0; i < seed.size(); ++i) end_(i) = seed[i];
     return checked();
   }
 
-  /// Newton-Raphson stops at the limits: slower, finds what is near them.
+  /// Slower; now and then it ends where the other one does not.
   std::optional<JointVector> newton(const JointVector& seed) {
     if (!newton_) {
       velocity_.emplace(chain_);
@@ -71,13 +70,6 @@ class Solver {
   }
 
  private:
-  /// Of a metre's error against a radian's.
-  static Eigen::Matrix<double, 6, 1> weights() {
-    Eigen::Matrix<double, 6, 1> weights;
-    weights << 1, 1, 1, 0.1, 0.1, 0.1;
-    return weights;
-  }
-
   void set_start(const JointVector& seed) {
     for (unsigned i = 0; i < seed.size(); ++i) start_(i) = seed[i];
   }
@@ -112,7 +104,7 @@ class Solver {
   KDL::JntArray lower_, upper_, start_, end_;
   const KDL::Chain chain_;
   KDL::ChainFkSolverPos_recursive forward_;
-  KDL::ChainIkSolverPos_LMA marquardt_;
+  Marquardt marquardt_;
   std::optional<KDL::ChainIkSolverVel_pinv> velocity_;
   std::optional<KDL::ChainIkSolverPos_NR_JL> newton_;
 };
