@@ -6,6 +6,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "bodies.h"
 #include "vec3.h"
 
 namespace handhold::plan {
@@ -15,6 +16,9 @@ constexpr double kPi = 3.141592653589793;
 
 bool is_finite(const Vector3& v) {
   return std::isfinite(v[0]) && std::isfinite(v[1]) && std::isfinite(v[2]);
+}
+bool is_near(const Vector3& v) {
+  return std::fabs(v[0]) <= kFarthest && std::fabs(v[1]) <= kFarthest && std::fabs(v[2]) <= kFarthest;
 }
 
 [[noreturn]] void refuse(std::size_t index, const char* what) {
@@ -27,14 +31,14 @@ Vector3 checked_direction(const Vector3& v, std::size_t index, const char* what)
 }
 
 /// The place `shift` (m) along a curved handle from the point of its path that is nearest to its centre; at most its
-/// ends.
+/// ends. No two points in a row are the same.
 HandlePlace place_on(const std::vector<Vector3>& path, const Vector3& center, double shift) {
   std::size_t nearest = 0;  // piece
   double along = 0, best = -1;
   for (std::size_t i = 0; i + 1 < path.size(); ++i) {
     const Vector3 piece = path[i + 1] - path[i];
     const double square = dot(piece, piece);
-    const double share = square > 0 ? std::clamp(dot(center - path[i], piece) / square, 0.0, 1.0) : 0;
+    const double share = std::clamp(dot(center - path[i], piece) / square, 0.0, 1.0);
     const double distance = norm(center - path[i] - share * piece);
     if (best < 0 || distance < best) best = distance, nearest = i, along = share * std::sqrt(square);
   }
@@ -54,15 +58,18 @@ double angle_between(const Vector3& a, const Vector3& b) {
 
 Handle in_base(const Handle& handle, const Pose& T_base_camera, std::size_t index) {
   Handle ours = handle;
-  if (!is_finite(handle.center)) refuse(index, "its center is not finite");
+  if (!is_near(handle.center)) refuse(index, "its center must be finite, within 1e6 m");
   if (!(handle.radius >= 0) || !std::isfinite(handle.radius)) refuse(index, "its radius must be at least 0");
   if (!(handle.length >= 0) || !std::isfinite(handle.length)) refuse(index, "its length must be at least 0");
+  if (std::isnan(handle.confidence)) refuse(index, "its confidence is not a number");
   ours.center = T_base_camera.point(handle.center);
   ours.axis = T_base_camera.direction(checked_direction(handle.axis, index, "its axis is no direction"));
   ours.approach = T_base_camera.direction(checked_direction(handle.approach, index, "its approach is no direction"));
-  for (Vector3& point : ours.path) {
-    if (!is_finite(point)) refuse(index, "its path is not finite");
-    point = T_base_camera.point(point);
+  ours.path.clear();
+  for (const Vector3& point : handle.path) {
+    if (!is_near(point)) refuse(index, "its path must be finite, within 1e6 m");
+    const Vector3 p = T_base_camera.point(point);
+    if (ours.path.empty() || norm(p - ours.path.back()) > 1e-6) ours.path.push_back(p);  // each piece has a direction
   }
   return ours;
 }
@@ -91,13 +98,14 @@ std::vector<Approach> approaches_to(const HandlePlace& place, const Vector3& mou
   const Vector3 side = cross(axis, first);
 
   std::vector<Approach> approaches;
+  constexpr double kSame = 1e-3;  // rad
   const auto add = [&](double angle) {
     const Vector3 direction = std::cos(angle) * first + std::sin(angle) * side;
-    if (angle_between(direction, towards) <= max_angle + 1e-9) approaches.push_back({direction, angle});
+    if (angle_between(direction, towards) <= std::max(max_angle, kSame)) approaches.push_back({direction, angle});
   };
   const double of_towards = std::atan2(dot(towards, side), dot(towards, first));
   add(0);
-  if (std::fabs(of_towards) > 1e-3) add(of_towards);
+  if (std::fabs(of_towards) > kSame) add(of_towards);
   for (int k = 1; k * angle_step < kPi + 1e-9; ++k) {
     add(k * angle_step);
     if (k * angle_step < kPi - 1e-9) add(-k * angle_step);

@@ -1,14 +1,14 @@
-// Inverse kinematics: Levenberg-Marquardt from many seeds, then Newton-Raphson within the limits from as many.
+// Inverse kinematics: Levenberg-Marquardt from many seeds, then KDL's Newton-Raphson.
 #include <algorithm>
 #include <cmath>
 #include <kdl/chain.hpp>
 #include <kdl/chainfksolverpos_recursive.hpp>
-#include <kdl/chainiksolverpos_lma.hpp>
 #include <kdl/chainiksolverpos_nr_jl.hpp>
 #include <kdl/chainiksolvervel_pinv.hpp>
 #include <kdl/jntarray.hpp>
 #include <stdexcept>
 
+#include "marquardt.h"
 #include "model.h"
 #include "random.h"
 
@@ -35,8 +35,9 @@ KDL::Chain chain_of(const ArmModel& model) {
 /// The solvers for one pose. They keep state while they iterate, so every call has its own.
 class Solver {
  public:
-  Solver(const ArmModel& model, const Pose& T_base_tip)
+  Solver(const ArmModel& model, const Pose& T_base_tip, const JointVector& reference)
       : joints_(model.joints),
+        reference_(reference),
         goal_(to_kdl(T_base_tip)),
         lower_(static_cast<unsigned>(joints_.size())),
         upper_(lower_),
@@ -44,21 +45,20 @@ class Solver {
         end_(lower_),
         chain_(chain_of(model)),
         forward_(chain_),
-        marquardt_(chain_, weights(), 1e-6, kIterations) {
+        marquardt_(model, goal_) {
     for (unsigned i = 0; i < joints_.size(); ++i) {
       lower_(i) = joints_[i].lower;
       upper_(i) = joints_[i].upper;
     }
   }
 
-  /// Levenberg-Marquardt knows no limits: fast, but what it finds may be beyond them.
-  std::optional<JointVector> marquardt(const JointVector& seed) {
-    set_start(seed);
-    marquardt_.CartToJnt(start_, goal_, end_);
+  std::optional<JointVector> marquardt(JointVector seed) {
+    if (!marquardt_.run(seed, kIterations)) return std::nullopt;
+    for (unsigned i = 0; i < seed.size(); ++i) end_(i) = seed[i];
     return checked();
   }
 
-  /// Newton-Raphson stops at the limits: slower, finds what is near them.
+  /// Slower; now and then it ends where the other one does not.
   std::optional<JointVector> newton(const JointVector& seed) {
     if (!newton_) {
       velocity_.emplace(chain_);
@@ -70,24 +70,24 @@ class Solver {
   }
 
  private:
-  /// Of a metre's error against a radian's.
-  static Eigen::Matrix<double, 6, 1> weights() {
-    Eigen::Matrix<double, 6, 1> weights;
-    weights << 1, 1, 1, 0.1, 0.1, 0.1;
-    return weights;
-  }
-
   void set_start(const JointVector& seed) {
     for (unsigned i = 0; i < seed.size(); ++i) start_(i) = seed[i];
   }
 
-  /// The solver's last positions, whole turns off, when they are within the limits and right.
+  /// The same angle, whole turns off: of those within the limits, the nearest to the reference.
+  static double unwound(double angle, const Joint& joint, double reference) {
+    angle -= kTurn * std::round((angle - reference) / kTurn);
+    if (angle > joint.upper) return angle - kTurn * std::ceil((angle - joint.upper) / kTurn);
+    if (angle < joint.lower) return angle + kTurn * std::ceil((joint.lower - angle) / kTurn);
+    return angle;
+  }
+
+  /// The solver's last positions, unwound, when they are within the limits and right.
   std::optional<JointVector> checked() {
     JointVector q(joints_.size());
     for (unsigned i = 0; i < q.size(); ++i) {
       const Joint& joint = joints_[i];
-      q[i] = end_(i);
-      if (!joint.prismatic) q[i] -= kTurn * std::round((q[i] - (joint.lower + joint.upper) / 2) / kTurn);
+      q[i] = joint.prismatic ? end_(i) : unwound(end_(i), joint, reference_[i]);
       if (!(q[i] >= joint.lower && q[i] <= joint.upper)) return std::nullopt;
       end_(i) = q[i];
     }
@@ -99,11 +99,12 @@ class Solver {
   }
 
   const std::vector<Joint>& joints_;
+  const JointVector& reference_;
   const KDL::Frame goal_;
   KDL::JntArray lower_, upper_, start_, end_;
   const KDL::Chain chain_;
   KDL::ChainFkSolverPos_recursive forward_;
-  KDL::ChainIkSolverPos_LMA marquardt_;
+  Marquardt marquardt_;
   std::optional<KDL::ChainIkSolverVel_pinv> velocity_;
   std::optional<KDL::ChainIkSolverPos_NR_JL> newton_;
 };
@@ -158,7 +159,7 @@ JointVector checked_reference(const Arm& arm, const IkOptions& options) {
 template <class Take>
 void for_each_solution(const ArmModel& model, const Pose& T_base_tip, const JointVector& reference,
                        const IkOptions& options, Take take) {
-  Solver solver(model, T_base_tip);
+  Solver solver(model, T_base_tip, reference);
   bool found = false;
   for (int i = 0; i <= options.restarts; ++i) {
     const auto q = solver.marquardt(seed_of(model, reference, options.seed, i));

@@ -39,20 +39,13 @@ std::vector<double> path_times(const std::vector<JointVector>& path, const std::
   }
   if (path.empty()) return at_full_speed;
   const double length = at_full_speed.back(), ramp = acceleration_time;
-  // A short way ends before the full speed is reached: its ramps are shorter.
-  const double reached = ramp > 0 ? std::min(ramp, std::sqrt(length * ramp)) : 0;
-  const double total = length > ramp ? length + ramp : 2 * reached;
+  // Each half from its end at rest: a short one is over before the full speed is reached.
+  const auto from_rest = [ramp](double s) { return s < ramp / 2 ? std::sqrt(2 * ramp * s) : s + ramp / 2; };
+  const double total = 2 * from_rest(length / 2);
   std::vector<double> times;
   times.reserve(path.size());
   for (const double s : at_full_speed) {
-    const double on_ramp = reached > 0 ? reached * reached / (2 * ramp) : 0;
-    double time = s + reached / 2;
-    if (s < on_ramp) {
-      time = std::sqrt(2 * ramp * s);
-    } else if (length - s < on_ramp) {
-      time = total - std::sqrt(2 * ramp * std::max(length - s, 0.0));
-    }
-    times.push_back(time);
+    times.push_back(s <= length / 2 ? from_rest(s) : total - from_rest(length - s));
   }
   return times;
 }

@@ -6,6 +6,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "bodies.h"
 #include "hand_poses.h"
 #include "path.h"
 #include "robot_check.h"
@@ -25,22 +26,8 @@ void require(bool holds, const char* option, const char* what) {
 bool at_least(double value, double low) {
   return value >= low && std::isfinite(value);
 }
-
-void check_pose(const Pose& pose) {
-  const auto& R = pose.R;
-  double worst = 0;
-  for (int i = 0; i < 3; ++i) {
-    for (int j = 0; j < 3; ++j) {
-      double sum = i == j ? -1 : 0;
-      for (int k = 0; k < 3; ++k) sum += R[3 * i + k] * R[3 * j + k];
-      worst = std::max(worst, std::isnan(sum) ? 1.0 : std::fabs(sum));
-    }
-  }
-  const double volume =
-      R[0] * (R[4] * R[8] - R[5] * R[7]) - R[1] * (R[3] * R[8] - R[5] * R[6]) + R[2] * (R[3] * R[7] - R[4] * R[6]);
-  if (!(worst < 1e-6 && volume > 0 && std::isfinite(norm(pose.t)))) {
-    throw std::invalid_argument("the camera's pose is none: R must be a rotation and t finite");
-  }
+bool is_within(double value, double low, double high) {
+  return value >= low && value <= high;
 }
 
 double largest_difference(const JointVector& a, const JointVector& b) {
@@ -76,14 +63,14 @@ std::string_view to_string(Reason reason) {
 }
 
 void PlannerOptions::validate() const {
-  require(at_least(pregrasp_distance, 1e-3), "pregrasp_distance", "at least 0.001 m");
-  require(at_least(lift, 0), "lift", "at least 0 m");
+  require(is_within(pregrasp_distance, 1e-3, 10), "pregrasp_distance", "from 0.001 to 10 m");
+  require(is_within(lift, 0, 10), "lift", "from 0 to 10 m");
   require(!depths.empty(), "depths", "one or more");
-  for (const double depth : depths) require(std::isfinite(depth), "depths", "finite");
+  for (const double depth : depths) require(is_within(depth, -1, 1), "depths", "from -1 to 1 m");
   require(!places.empty(), "places", "one or more");
   for (const double place : places) require(std::fabs(place) <= 1, "places", "from -1 to 1");
   require(at_least(angle_step, 0.01), "angle_step", "at least 0.01 rad");
-  require(max_angle >= 0 && max_angle <= kPi + 1e-9, "max_angle", "from 0 to pi");
+  require(is_within(max_angle, 0, kPi + 1e-9), "max_angle", "from 0 to pi");
   require(at_least(finger_clearance, 0), "finger_clearance", "at least 0 m");
   require(at_least(hand_clearance, 0), "hand_clearance", "at least 0 m");
   require(at_least(self_clearance, 0), "self_clearance", "at least 0 m");
@@ -95,6 +82,10 @@ void PlannerOptions::validate() const {
   require(at_least(acceleration_time, 0), "acceleration_time", "at least 0 s");
   require(solutions >= 1, "solutions", "at least 1");
   require(approach_pieces >= 1, "approach_pieces", "at least 1");
+  require(inverse.restarts >= 0, "inverse.restarts", "at least 0");
+  require(inverse.fallback_restarts >= 0, "inverse.fallback_restarts", "at least 0");
+  require(inverse.candidates >= 1, "inverse.candidates", "at least 1");
+  require(inverse.min_distance >= 0, "inverse.min_distance", "at least 0 rad");
 }
 
 struct GraspPlanner::Impl {
@@ -157,9 +148,10 @@ class Search {
   /// Whether the hand has to turn less, from where the arm starts, to the flipped pose.
   bool prefers_flip(const Pose& pose) const {
     const Pose start = arm_.forward(options_.start);
-    double agreement = 0;
-    for (int row = 0; row < 3; ++row) agreement += pose.R[3 * row] * start.R[3 * row];
-    return agreement < 0;
+    // The cosine of the turn grows with the trace of R_start^T R; a flip turns the signs of x and y about.
+    double trace = 0;
+    for (const std::size_t i : {0, 1, 3, 4, 6, 7}) trace += pose.R[i] * start.R[i];
+    return trace < 0;
   }
 
   std::optional<Reason> look_at(const HandlePlace& place, const Approach& approach, bool flipped, Grasp& grasp,
@@ -167,9 +159,10 @@ class Search {
     const Hand& hand = arm_.hand();
     if (width_ + 2 * options_.finger_clearance > hand.opening_max) return Reason::kTooWide;
     if (width_ <= hand.opening_min) return Reason::kTooThin;
-    if (!arm_.may_reach(hand_pose(place, approach.direction, options_.depths.back(), flipped))) {
-      return Reason::kOutOfReach;
-    }
+    const auto may_reach = [&](double depth) {
+      return arm_.may_reach(hand_pose(place, approach.direction, depth, flipped));
+    };
+    if (std::none_of(options_.depths.begin(), options_.depths.end(), may_reach)) return Reason::kOutOfReach;
     if (!fit_hand(place, approach, flipped, grasp, what)) return Reason::kHandHits;
     grasp.handle = index_;
     grasp.width = width_;
@@ -281,12 +274,12 @@ class Search {
       what = hit->what;
       return hit->reason;
     }
-    if (const auto reason = raise(q, grasp, what)) return reason;
     grasp.path = straight_path(options_.start, approach.front(), options_.step);
     if (const auto hit = check_.path(obstacles_, grasp.path, grasp.opening, true)) {
       what = hit->what;
       return Reason::kPathHits;
     }
+    if (const auto reason = raise(q, grasp, what)) return reason;
     grasp.pregrasp_index = grasp.path.size() - 1;
     grasp.times = path_times(grasp.path, arm_.joints(), options_.speed, options_.acceleration_time);
     const std::vector<double> more =
@@ -354,6 +347,10 @@ PlannerOptions checked(const Arm& arm, PlannerOptions options) {
   if (!(arm.hand().opening_max > 0)) {
     throw std::invalid_argument("the arm has no hand: its opening_max must be above 0 m");
   }
+  for (const Joint& joint : arm.joints()) {
+    if (joint.velocity > 0) continue;
+    throw std::invalid_argument("joint '" + joint.name + "' has no velocity: its limit must be above 0");
+  }
   return options;
 }
 
@@ -382,7 +379,7 @@ const Obstacles& GraspPlanner::obstacles() const {
 }
 
 Plan GraspPlanner::plan(const std::vector<Handle>& handles, const Pose& T_base_camera) const {
-  check_pose(T_base_camera);
+  check(T_base_camera, "T_base_camera");
   std::vector<Handle> ours;
   for (std::size_t i = 0; i < handles.size(); ++i) ours.push_back(in_base(handles[i], T_base_camera, i));
   const PlannerOptions& options = impl_->options;
@@ -406,6 +403,10 @@ std::vector<JointVector> GraspPlanner::straight(const JointVector& from, const J
 
 std::vector<double> GraspPlanner::times(const std::vector<JointVector>& path, double speed) const {
   require(speed > 0 && speed <= 1, "speed", "above 0, up to 1");
+  const std::size_t joints = impl_->arm.joints().size();
+  for (const JointVector& q : path) {
+    if (q.size() != joints) throw std::invalid_argument("a path must have a position for each joint at every sample");
+  }
   return path_times(path, impl_->arm.joints(), speed, impl_->options.acceleration_time);
 }
 

@@ -4,15 +4,19 @@
 #include <algorithm>
 #include <cmath>
 
+#include "bodies.h"
 #include "random.h"
+#include "vec3.h"
 
 namespace handhold::plan {
 namespace {
 
 /// Farther obstacles are not looked for (m). Samples of a path with as much room at both ends need no more between.
 constexpr double kFar = 0.15;
-/// Ways (m) shorter than this are not cut any more.
+/// Between two samples at most half of this (m) of a clearance is given up.
 constexpr double kShortest = 0.002;
+/// Nearer (m) is touching: bodies that overlap are 0 apart, so that a clearance of 0 alone would let them.
+constexpr double kTouch = 1e-6;
 
 /// A capsule within the cylinder that is meant: Shape's contains it, and sticks out at both ends by its radius.
 Shape inscribed(const Shape& shape) {
@@ -27,6 +31,8 @@ Shape inscribed(const Shape& shape) {
 
 RobotCheck::RobotCheck(const Arm& arm, const Clearances& clearances)
     : arm_(arm), clearances_(clearances), tip_(arm.link_index(arm.tip())) {
+  clearances_.hand = std::max(clearances_.hand, kTouch);
+  clearances_.arm = std::max(clearances_.arm, kTouch);
   for (const Shape& shape : arm_.shapes()) inscribed_.push_back(inscribed(shape));
   choose_pairs();
 }
@@ -83,11 +89,19 @@ std::optional<std::string> RobotCheck::hand(const Obstacles& obstacles, const Po
 }
 
 std::optional<std::string> RobotCheck::itself(const std::vector<Pose>& T_base_link) const {
-  std::vector<Body> bodies;
-  bodies.reserve(inscribed_.size());
-  for (const Shape& shape : inscribed_) bodies.push_back(placed(shape, T_base_link[shape.link]));
+  std::vector<Core> cores;
+  std::vector<double> reaches;  // m
+  cores.reserve(inscribed_.size());
+  reaches.reserve(inscribed_.size());
+  for (const Shape& shape : inscribed_) {
+    cores.push_back(core_of(placed(shape, T_base_link[shape.link])));
+    reaches.push_back(reach(cores.back()));
+  }
   for (const auto& [a, b] : pairs_) {
-    if (distance(bodies[a], bodies[b]) > clearances_.self) continue;
+    // Balls about them first: most are far from each other.
+    const Vector3 way = cores[a].T_base_core.t - cores[b].T_base_core.t;
+    const double near = reaches[a] + reaches[b] + clearances_.self;
+    if (dot(way, way) > near * near || distance(cores[a], cores[b]) > clearances_.self) continue;
     // The one that moves less is what the arm runs into.
     const std::size_t link_a = inscribed_[a].link, link_b = inscribed_[b].link;
     return arm_.links()[arm_.link_joints()[link_a] < arm_.link_joints()[link_b] ? link_a : link_b];
@@ -146,9 +160,8 @@ std::optional<GraspPlanner::Hit> RobotCheck::between(const Obstacles& obstacles,
                                                      double opening, bool hand) const {
   double way = 0;
   for (std::size_t j = 0; j < from.size(); ++j) way += arm_.sweeps()[j] * std::fabs(to[j] - from[j]);
-  // The room is what is left beyond the required clearance, of which the hand's is the least.
-  const double least = hand ? std::min(clearances_.hand, clearances_.arm) : clearances_.arm;
-  if (way <= std::max(room_from + room_to + 2 * least, kShortest)) return std::nullopt;
+  // The room is what is left beyond the required clearance.
+  if (way <= room_from + room_to + kShortest) return std::nullopt;
   JointVector middle(from.size());
   for (std::size_t j = 0; j < from.size(); ++j) middle[j] = (from[j] + to[j]) / 2;
   const Clear clear = clearance(obstacles, arm_.link_poses(middle, opening), hand, kFar);

@@ -96,7 +96,7 @@ struct Shape {
 struct IkOptions {
   JointVector reference;       ///< solutions near it are preferred; empty: Arm::rest()
   int restarts = 50;           ///< seeds drawn after the reference, for Levenberg-Marquardt
-  int fallback_restarts = 10;  ///< the same for Newton-Raphson, where that found nothing: slower, keeps to the limits
+  int fallback_restarts = 10;  ///< the same for Newton-Raphson, where that found nothing: slower
   std::uint64_t seed = 0;      ///< of the draws: same seed, same solutions
   int candidates = 3;          ///< solutions of which inverse() takes the nearest, when none grows from the reference
   double min_distance = 0.2;   ///< rad (m); in some joint, between two solutions of inverse_all()

@@ -36,13 +36,13 @@ struct PlannerOptions {
   bool all = false;            ///< look at every candidate of every handle, and list all in Plan::candidates
 
   // The frame of the hand, the arm's tip link: z points out of it, y is the direction in which it closes.
-  double pregrasp_distance = 0.1;  ///< m, > 0; the hand comes straight from there
-  double lift = 0.15;              ///< m, >= 0; upwards (+z of base) after it has closed
-  /// m; how far the hand's frame goes beyond the part's axis, in this order of preference. 0 is the paper's.
+  double pregrasp_distance = 0.1;  ///< m, 0.001 .. 10; the hand comes straight from there
+  double lift = 0.15;              ///< m, 0 .. 10; upwards (+z of base) after it has closed
+  /// m, -1 .. 1; how far the hand's frame goes beyond the part's axis, in this order of preference. 0 is the paper's.
   std::vector<double> depths = {0.012, 0.006, 0};
   /// Places along a handle, as shares of half of its length from its centre, in this order of preference.
   std::vector<double> places = {0, 0.35, -0.35, 0.7, -0.7};
-  double angle_step = 0.2617993877991494;  ///< rad, > 0; of the approach about the part's axis
+  double angle_step = 0.2617993877991494;  ///< rad, >= 0.01; of the approach about the part's axis
   double max_angle = 1.5707963267948966;   ///< rad, 0 .. pi; from Handle::approach: beyond it the hand goes unseen ways
 
   double finger_clearance = 0.004;  ///< m, >= 0; beside the part, on each side, when the hand comes
@@ -53,7 +53,7 @@ struct PlannerOptions {
   /// apart. With Baxter's rough published shapes, links two joints apart overlap in many postures that it can take.
   std::size_t joints_apart = 2;
 
-  /// rad (m for a prismatic joint), > 0; between two samples of a path no joint moves more
+  /// rad (m for a prismatic joint), >= 0.001; between two samples of a path no joint moves more
   double step = 0.05;
   double speed = 0.3;              ///< 0 < speed <= 1; share of the joints' velocity limits
   double approach_speed = 0.1;     ///< the same from the pre-grasp on
@@ -123,7 +123,8 @@ struct Plan {
 /// Plans for one arm. Const functions may be called from several threads, as far as obstacles() are left alone.
 class GraspPlanner {
  public:
-  /// @throws std::invalid_argument for an option that is out of range, or a start that is not within the arm's limits
+  /// @throws std::invalid_argument for an option that is out of range, a start that is not within the arm's limits, or
+  ///         an arm without a hand or with a joint without velocity
   explicit GraspPlanner(const Arm& arm, const PlannerOptions& options = {});
   ~GraspPlanner();
   GraspPlanner(GraspPlanner&&) noexcept;
@@ -138,7 +139,8 @@ class GraspPlanner {
 
   /// Grasps for handles in a camera's frame. Candidates are looked at one by one, cheap tests first, until there are
   /// as many grasps as wanted. The same arguments and obstacles give the same plan.
-  /// @throws std::invalid_argument for a pose that is none, or a handle with an axis or approach that is no direction
+  /// @throws std::invalid_argument for a pose that is none, or a handle that cannot be one, by its index: with an axis
+  ///         or approach that is no direction, or numbers that are not finite
   Plan plan(const std::vector<Handle>& handles, const Pose& T_base_camera) const;
 
   /// The straight way in joint space from one posture to another, sampled at PlannerOptions::step, both ends included.
@@ -146,7 +148,7 @@ class GraspPlanner {
   std::vector<JointVector> straight(const JointVector& from, const JointVector& to) const;
   /// Times (s) along a path that is at rest at both ends, from 0 on: it speeds up for
   /// PlannerOptions::acceleration_time, slows down for as long, and in between one joint moves at this share of its
-  /// velocity limit.
+  /// velocity limit. @throws std::invalid_argument for a sample with another number of joints, or a speed out of range
   std::vector<double> times(const std::vector<JointVector>& path, double speed) const;
   /// What the robot touches in a posture, with its clearances: none, or the reason and what is hit.
   /// @param opening  of the hand (m)
@@ -156,8 +158,8 @@ class GraspPlanner {
     std::string what;
   };
   std::optional<Hit> hit(const JointVector& q, double opening, bool hand = true) const;
-  /// The same along a path: also between its samples nothing that moves comes to an obstacle (from the distances at
-  /// the samples and Arm::sweeps()). The robot's own links are looked at in the samples.
+  /// The same along a path, with the clearances at its samples, and but for 1 mm of them everywhere between (from the
+  /// distances at the samples and Arm::sweeps()). The robot's own links are looked at in the samples.
   std::optional<Hit> hit(const std::vector<JointVector>& path, double opening, bool hand = true) const;
 
  private:
