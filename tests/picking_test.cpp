@@ -100,6 +100,11 @@ TEST(HeldObject, IsWhatHangsTogetherWithTheHandle) {
   EXPECT_NEAR(object.below(upside_down), 0.05, 0.013);
   EXPECT_TRUE(near_at(upside_down, {0.57, 0.04, 0.26}, 0));
 
+  // Of the rest of the cloud it keeps away, not of the table.
+  EXPECT_FALSE(object.near_others(tip));
+  EXPECT_FALSE(object.near_others(sensor::translation(0, 0, -0.1) * tip));
+  EXPECT_TRUE(object.near_others(sensor::translation(0.05, 0, 0) * tip));
+  EXPECT_FALSE(object.near_others(sensor::translation(0.05, 0, 0.4) * tip));
   EXPECT_EQ(HeldObject().below(tip), 0);
   EXPECT_FALSE(HeldObject().near(tip, ball, 1));
 }

@@ -101,7 +101,7 @@ std::vector<Approach> approaches_to(const HandlePlace& place, const Vector3& mou
   constexpr double kSame = 1e-3;  // rad
   const auto add = [&](double angle) {
     const Vector3 direction = std::cos(angle) * first + std::sin(angle) * side;
-    if (angle_between(direction, towards) <= std::max(max_angle, kSame)) approaches.push_back({direction, angle});
+    if (angle_between(direction, towards) <= std::max(max_angle, kSame)) approaches.push_back({direction, angle, 0});
   };
   const double of_towards = std::atan2(dot(towards, side), dot(towards, first));
   add(0);
@@ -111,6 +111,10 @@ std::vector<Approach> approaches_to(const HandlePlace& place, const Vector3& mou
     if (k * angle_step < kPi - 1e-9) add(-k * angle_step);
   }
   return approaches;
+}
+
+Approach tilted(const Approach& approach, const Vector3& axis, double tilt) {
+  return {std::cos(tilt) * approach.direction + std::sin(tilt) * axis, approach.angle, tilt};
 }
 
 Pose hand_pose(const HandlePlace& place, const Vector3& approach, double depth, bool flipped) {

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <stdexcept>
 #include <utility>
 
@@ -65,11 +66,14 @@ std::string_view to_string(Reason reason) {
 void PlannerOptions::validate() const {
   require(is_within(pregrasp_distance, 1e-3, 10), "pregrasp_distance", "from 0.001 to 10 m");
   require(is_within(lift, 0, 10), "lift", "from 0 to 10 m");
+  require(at_least(nearest_tolerance, 0), "nearest_tolerance", "at least 0 m");
   require(!depths.empty(), "depths", "one or more");
   for (const double depth : depths) require(is_within(depth, -1, 1), "depths", "from -1 to 1 m");
   require(!places.empty(), "places", "one or more");
   for (const double place : places) require(std::fabs(place) <= 1, "places", "from -1 to 1");
   require(at_least(angle_step, 0.01), "angle_step", "at least 0.01 rad");
+  require(!tilts.empty(), "tilts", "one or more");
+  for (const double tilt : tilts) require(std::fabs(tilt) <= 1, "tilts", "from -1 to 1 rad");
   require(is_within(max_angle, 0, kPi + 1e-9), "max_angle", "from 0 to pi");
   require(at_least(finger_clearance, 0), "finger_clearance", "at least 0 m");
   require(at_least(hand_clearance, 0), "hand_clearance", "at least 0 m");
@@ -111,7 +115,7 @@ class Search {
     rejection.handle = index;
     bool found = false;
     for_each_candidate(handle, [&](const HandlePlace& place, const Approach& approach, bool flipped) {
-      Candidate candidate{index, place.shift, approach.angle, flipped, std::nullopt, {}};
+      Candidate candidate{index, place.shift, approach.angle, approach.tilt, flipped, std::nullopt, {}};
       Grasp grasp;
       candidate.reason = look_at(place, approach, flipped, grasp, candidate.what);
       if (!candidate.reason) candidate.what.clear();
@@ -136,11 +140,15 @@ class Search {
   /// Until `visit` returns true.
   template <class Visit>
   void for_each_candidate(const Handle& handle, Visit visit) const {
-    for (const HandlePlace& place : places_along(handle, options_.places)) {
-      for (const Approach& approach :
-           approaches_to(place, arm_.mount(), handle.approach, options_.angle_step, options_.max_angle)) {
-        const bool first = prefers_flip(hand_pose(place, approach.direction, 0, false));
-        if (visit(place, approach, first) || visit(place, approach, !first)) return;
+    const std::vector<HandlePlace> places = places_along(handle, options_.places);
+    for (const double tilt : options_.tilts) {
+      for (const HandlePlace& place : places) {
+        for (const Approach& across :
+             approaches_to(place, arm_.mount(), handle.approach, options_.angle_step, options_.max_angle)) {
+          const Approach approach = tilted(across, place.axis, tilt);
+          const bool first = prefers_flip(hand_pose(place, approach.direction, 0, false));
+          if (visit(place, approach, first) || visit(place, approach, !first)) return;
+        }
       }
     }
   }
@@ -168,6 +176,7 @@ class Search {
     grasp.width = width_;
     grasp.approach = approach.direction;
     grasp.angle = approach.angle;
+    grasp.tilt = approach.tilt;
     grasp.flipped = flipped;
     return move_arm(grasp, what);
   }
@@ -323,18 +332,27 @@ class Search {
   int furthest_ = -1;
 };
 
-std::vector<std::size_t> in_order(const std::vector<Handle>& handles, Order order, const Vector3& mount) {
+std::vector<std::size_t> in_order(const std::vector<Handle>& handles, const PlannerOptions& options,
+                                  const Vector3& mount) {
   std::vector<std::pair<double, std::size_t>> keys;
   for (std::size_t i = 0; i < handles.size(); ++i) {
     const Handle& handle = handles[i];
-    const double key = order == Order::kNearest      ? norm(handle.center - mount)
-                       : order == Order::kConfidence ? -handle.confidence
-                                                     : -handle.center[2];
-    keys.emplace_back(key, i);
+    const double key = options.order == Order::kNearest      ? norm(handle.center - mount)
+                       : options.order == Order::kConfidence ? -handle.confidence
+                                                             : -handle.center[2];
+    keys.emplace_back(std::isnan(key) ? std::numeric_limits<double>::infinity() : key, i);
   }
   std::sort(keys.begin(), keys.end());
   std::vector<std::size_t> indices;
-  for (const auto& [key, index] : keys) indices.push_back(index);
+  const double tolerance = options.order == Order::kNearest ? options.nearest_tolerance : 0;
+  while (!keys.empty()) {
+    auto next = keys.begin();
+    for (auto key = next + 1; key != keys.end() && key->first <= keys.front().first + tolerance; ++key) {
+      if (tolerance > 0 && handles[key->second].length > handles[next->second].length) next = key;
+    }
+    indices.push_back(next->second);
+    keys.erase(next);
+  }
   return indices;
 }
 
@@ -386,7 +404,7 @@ Plan GraspPlanner::plan(const std::vector<Handle>& handles, const Pose& T_base_c
   const std::size_t wanted = options.max_grasps == 0 ? handles.size() : options.max_grasps;
   Plan plan;
   Search search(impl_->arm, options, impl_->check, impl_->obstacles, plan);
-  for (const std::size_t index : in_order(ours, options.order, impl_->arm.mount())) {
+  for (const std::size_t index : in_order(ours, options, impl_->arm.mount())) {
     if (plan.grasps.size() >= wanted && !options.all) break;
     search.handle(ours[index], index);
   }

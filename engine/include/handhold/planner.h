@@ -32,6 +32,9 @@ enum class Order {
 struct PlannerOptions {
   JointVector start;  ///< where the arm stands, within its limits; empty: Arm::rest()
   Order order = Order::kNearest;
+  /// m, >= 0; with Order::kNearest: a handle that is farther by no more than this, but longer, comes first. A long part
+  /// is held in its middle, nearer to what it carries. 0: the paper's order.
+  double nearest_tolerance = 0;
   std::size_t max_grasps = 1;  ///< how many grasps are wanted, one a handle; 0: one for every handle that has one
   bool all = false;            ///< look at every candidate of every handle, and list all in Plan::candidates
 
@@ -44,6 +47,10 @@ struct PlannerOptions {
   std::vector<double> places = {0, 0.35, -0.35, 0.7, -0.7};
   double angle_step = 0.2617993877991494;  ///< rad, >= 0.01; of the approach about the part's axis
   double max_angle = 1.5707963267948966;   ///< rad, 0 .. pi; from Handle::approach: beyond it the hand goes unseen ways
+
+  /// rad; of the approach from across the axis towards the handle's ends, in this order of preference. The paper's is
+  /// 0.
+  std::vector<double> tilts = {0, 0.3, -0.3};
 
   double finger_clearance = 0.004;  ///< m, >= 0; beside the part, on each side, when the hand comes
   double hand_clearance = 0.001;    ///< m, >= 0; of hand and fingers from obstacles
@@ -90,6 +97,7 @@ struct Grasp {
   double width = 0;              ///< m; of the part: where the fingers meet it
   Vector3 approach = {0, 0, 0};  ///< unit; base frame; direction in which the hand moves
   double angle = 0;              ///< rad; about the part's axis, from the paper's approach
+  double tilt = 0;               ///< rad; towards the axis
   bool flipped = false;          ///< the hand is turned by half a turn about its approach
   /// Joint positions from the start by way of the pre-grasp to the grasp, and from there to the end of the lift.
   std::vector<JointVector> path, lift_path;
@@ -102,6 +110,7 @@ struct Candidate {
   std::size_t handle = 0;
   double place = 0;  ///< m; along the handle, from its centre
   double angle = 0;  ///< rad; as Grasp::angle
+  double tilt = 0;   ///< rad; as Grasp::tilt
   bool flipped = false;
   std::optional<Reason> reason;  ///< none: it is a grasp
   std::string what;              ///< what is hit: "cloud", the name of a known body or of a link; may be empty

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdint>
 #include <map>
 
 #include "handhold/collision.h"
@@ -15,10 +14,8 @@ constexpr double kAbove = 0.01;     // m; lower, points are the table's
 constexpr double kBeside = 0.01;    // m; points so far from a handle's surface are its own
 constexpr double kFarthest = 0.45;  // m; from the handle: what is farther is another thing
 
-using Cell = std::array<int, 3>;
-
-Cell cell_of(const Vector3& p) {
-  Cell cell;
+std::array<int, 3> cell_of(const Vector3& p) {
+  std::array<int, 3> cell;
   for (std::size_t k = 0; k < 3; ++k) cell[k] = static_cast<int>(std::floor(p[k] / kCell));
   return cell;
 }
@@ -35,6 +32,11 @@ double from_axis(const Handle& handle, const Vector3& center, const Vector3& axi
   return std::hypot(d[0] - along * axis[0], d[1] - along * axis[1], d[2] - along * axis[2]);
 }
 
+/// One of the 27 cells about a cell, itself included.
+std::array<int, 3> neighbour(const std::array<int, 3>& cell, int n) {
+  return {cell[0] + n % 3 - 1, cell[1] + n / 3 % 3 - 1, cell[2] + n / 9 - 1};
+}
+
 }  // namespace
 
 HeldObject::HeldObject(const CloudView& cloud, const plan::Pose& T_base_cloud, const Handle& handle, double table_top,
@@ -46,8 +48,12 @@ HeldObject::HeldObject(const CloudView& cloud, const plan::Pose& T_base_cloud, c
   for (std::size_t i = 0; i < cloud.size(); ++i) {
     const float* xyz = cloud.point(i);
     const Vector3 p = T_base_cloud.point({xyz[0], xyz[1], xyz[2]});
-    if (!std::isfinite(p[0] + p[1] + p[2]) || p[2] < table_top + kAbove || distance(p, center) > kFarthest) continue;
+    if (!std::isfinite(p[0] + p[1] + p[2]) || p[2] < table_top + kAbove) continue;
     const Cell cell = cell_of(p);
+    if (distance(p, center) > kFarthest) {
+      others_.insert(cell);
+      continue;
+    }
     if (!cells.emplace(cell, p).second) continue;
     if (from_axis(handle, center, axis, p) < handle.radius + kBeside) front.push_back(cell);
   }
@@ -57,11 +63,14 @@ HeldObject::HeldObject(const CloudView& cloud, const plan::Pose& T_base_cloud, c
     const Cell cell = front.back();
     front.pop_back();
     for (int n = 0; n < 27; ++n) {
-      const Cell next = {cell[0] + n % 3 - 1, cell[1] + n / 3 % 3 - 1, cell[2] + n / 9 - 1};
+      const Cell next = neighbour(cell, n);
       if (!cells.count(next) || taken[next]) continue;
       taken[next] = true;
       front.push_back(next);
     }
+  }
+  for (const auto& [cell, point] : cells) {
+    if (!taken.count(cell)) others_.insert(cell);
   }
   const plan::Pose T_tip_base = T_base_tip.inverse();
   for (const auto& [cell, is_taken] : taken) {
@@ -84,6 +93,17 @@ bool HeldObject::near(const plan::Pose& T_base_tip, const plan::Body& body, doub
   if (points_.empty() || plan::distance(body, T_base_tip.point(middle_)) > radius_ + margin) return false;
   return std::any_of(points_.begin(), points_.end(),
                      [&](const Vector3& p) { return plan::distance(body, T_base_tip.point(p)) < margin; });
+}
+
+bool HeldObject::near_others(const plan::Pose& T_base_tip) const {
+  if (others_.empty()) return false;
+  return std::any_of(points_.begin(), points_.end(), [&](const Vector3& p) {
+    const Cell cell = cell_of(T_base_tip.point(p));
+    for (int n = 0; n < 27; ++n) {
+      if (others_.count(neighbour(cell, n))) return true;
+    }
+    return false;
+  });
 }
 
 }  // namespace handhold::experiments

@@ -1,6 +1,8 @@
 // What a hand has taken hold of, as far as the camera saw it.
 #pragma once
 
+#include <array>
+#include <set>
 #include <vector>
 
 #include "handhold/planner.h"
@@ -20,9 +22,14 @@ class HeldObject {
   double below(const plan::Pose& T_base_tip) const;
   /// Whether a point comes nearer than `margin` (m) to a body.
   bool near(const plan::Pose& T_base_tip, const plan::Body& body, double margin) const;
+  /// Whether a point comes as near to the rest of the cloud, but for the table, as points that hang together are.
+  bool near_others(const plan::Pose& T_base_tip) const;
 
  private:
+  using Cell = std::array<int, 3>;
+
   std::vector<Vector3> points_;  ///< m; tip's frame
+  std::set<Cell> others_;        ///< cells (base frame) with points that do not belong to it
   Vector3 middle_ = {0, 0, 0};
   double radius_ = 0;  ///< m; of a ball about the middle that holds all
 };

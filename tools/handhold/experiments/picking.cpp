@@ -14,6 +14,7 @@ using evaluation::format;
 constexpr double kPi = 3.141592653589793;
 constexpr double kDrop = 0.002;        // m; things start so far above the table
 constexpr double kBesidePart = 0.003;  // m; of the fingers, on each side
+constexpr double kSamePlace = 0.1;     // m; of handles so near, the longer one first
 constexpr double kLift = 0.2;          // m; what is heavy turns in the hand, and hangs below it
 constexpr double kSettle = 4;          // s; at most
 constexpr double kClosing = 0.8;       // s; the fingers need for their stroke, and to press
@@ -55,6 +56,7 @@ plan::PlannerOptions planner_options() {
   options.max_grasps = 1;
   options.finger_clearance = kBesidePart;
   options.lift = kLift;
+  options.nearest_tolerance = kSamePlace;
   return options;
 }
 
@@ -221,7 +223,7 @@ bool Picker::is_blocked(const std::vector<plan::JointVector>& path) const {
   for (const plan::JointVector& q : path) {
     const plan::Pose tip = arm.forward(q);
     const auto is_near = [&](const plan::Body& body) { return held_object_.near(tip, body, kMargin); };
-    if (std::any_of(known_.begin(), known_.end(), is_near)) return true;
+    if (std::any_of(known_.begin(), known_.end(), is_near) || held_object_.near_others(tip)) return true;
     const std::vector<plan::Pose> links = arm.link_poses(q);
     for (const plan::Shape& shape : arm.shapes()) {
       // The hand touches it.

@@ -44,6 +44,7 @@ Json candidate_json(const plan::Candidate& candidate) {
   return {{"handle", candidate.handle},
           {"place", candidate.place},
           {"angle", candidate.angle},
+          {"tilt", candidate.tilt},
           {"flipped", candidate.flipped},
           {"reason", candidate.reason ? Json(std::string(to_string(*candidate.reason))) : Json(nullptr)},
           {"what", candidate.what}};
