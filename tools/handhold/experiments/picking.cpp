@@ -215,10 +215,11 @@ void Picker::go(const plan::JointVector& to, double opening) {
   at_ = to;
 }
 
-/// Whether the arm, or what it holds, would touch something on a way.
-bool Picker::is_blocked(const std::vector<plan::JointVector>& path) const {
+/// Whether the arm would touch something on a way; or, `careful`, what it holds.
+bool Picker::is_blocked(const std::vector<plan::JointVector>& path, bool careful) const {
   constexpr double kMargin = 0.02, kOwnMargin = 0.01;  // m; of what is held: its far side was not seen
   if (planner_.hit(path, 0, false)) return true;
+  if (!careful) return false;
   const plan::Arm& arm = world_.arm();
   for (const plan::JointVector& q : path) {
     const plan::Pose tip = arm.forward(q);
@@ -236,7 +237,7 @@ bool Picker::is_blocked(const std::vector<plan::JointVector>& path) const {
 
 /// Above the middle of the box. The hand points down, as far as the arm can: a closed handle slides off its fingers
 /// then, and may hang on them otherwise. Or else as it was lifted, turned about the vertical.
-std::optional<plan::JointVector> Picker::over_box(const plan::JointVector& from) const {
+std::optional<plan::JointVector> Picker::over_box(const plan::JointVector& from, bool careful) const {
   constexpr int kTurns = 12;
   const plan::Pose down = sensor::rotation({1, 0, 0}, kPi);
   plan::Pose as_lifted = world_.arm().forward(from);
@@ -252,13 +253,13 @@ std::optional<plan::JointVector> Picker::over_box(const plan::JointVector& from)
     }
   }
   for (const std::vector<plan::Pose>& orientations : choices) {
-    if (const auto q = nearest_over_box(orientations, from)) return q;
+    if (const auto q = nearest_over_box(orientations, from, careful)) return q;
   }
   return std::nullopt;
 }
 
 std::optional<plan::JointVector> Picker::nearest_over_box(const std::vector<plan::Pose>& orientations,
-                                                          const plan::JointVector& from) const {
+                                                          const plan::JointVector& from, bool careful) const {
   const physics::Bin& bin = place_.world.bin;
   const Vector3& floor = bin.T_world_bin.t;
   std::vector<std::pair<double, plan::JointVector>> solutions;
@@ -276,24 +277,34 @@ std::optional<plan::JointVector> Picker::nearest_over_box(const std::vector<plan
   }
   std::sort(solutions.begin(), solutions.end());
   for (const auto& [way, q] : solutions) {
-    if (!is_blocked(planner_.straight(from, q))) return q;
+    if (!is_blocked(planner_.straight(from, q), careful)) return q;
   }
   return std::nullopt;
 }
 
-/// To the box, by way of where the arm was before when there is no straight way. False: there is none at all.
+/// To the box, straight, or by way of where the hand is raised, or of where the arm was before. With what is held clear
+/// of everything, or, if there is no such way, at least the arm. False: there is none at all.
 bool Picker::carry(const plan::JointVector& home) {
-  const auto straight = over_box(at_);
-  if (straight) {
-    go(*straight, 0);
-    return true;
+  std::vector<plan::JointVector> by_way_of = {at_};
+  for (const double higher : {0.1, 0.2}) {
+    plan::Pose pose = world_.arm().forward(at_);
+    pose.t[2] += higher;
+    plan::IkOptions ik;
+    ik.reference = at_;
+    if (const auto q = world_.arm().inverse(pose, ik)) by_way_of.push_back(*q);
   }
-  if (is_blocked(planner_.straight(at_, home))) return false;
-  const auto over = over_box(home);
-  if (!over) return false;
-  go(home, 0);
-  go(*over, 0);
-  return true;
+  by_way_of.push_back(home);
+  for (const bool careful : {true, false}) {
+    for (const plan::JointVector& via : by_way_of) {
+      if (via != at_ && is_blocked(planner_.straight(at_, via), careful)) continue;
+      const auto over = over_box(via, careful);
+      if (!over) continue;
+      if (via != at_) go(via, 0);
+      go(*over, 0);
+      return true;
+    }
+  }
+  return false;
 }
 
 /// What hangs on an open hand - a closed handle may, with its edge wedged against a finger - falls when the wrist turns

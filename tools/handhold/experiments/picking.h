@@ -86,10 +86,10 @@ class Picker {
   bool touches_hand(std::size_t thing) const;
   bool carry(const plan::JointVector& home);
   std::optional<std::size_t> held() const;
-  bool is_blocked(const std::vector<plan::JointVector>& path) const;
-  std::optional<plan::JointVector> over_box(const plan::JointVector& from) const;
+  bool is_blocked(const std::vector<plan::JointVector>& path, bool careful) const;
+  std::optional<plan::JointVector> over_box(const plan::JointVector& from, bool careful) const;
   std::optional<plan::JointVector> nearest_over_box(const std::vector<plan::Pose>& orientations,
-                                                    const plan::JointVector& from) const;
+                                                    const plan::JointVector& from, bool careful) const;
   std::size_t nearest_to(const Vector3& p) const;
 
   Workplace place_;
