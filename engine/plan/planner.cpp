@@ -109,6 +109,7 @@ class Search {
     Rejection rejection;
     rejection.handle = index;
     bool found = false;
+    int furthest = -1;  // reason
     for_each_candidate(handle, [&](const HandlePlace& place, const Approach& approach, bool flipped) {
       Candidate candidate{index, place.shift, approach.angle, flipped, std::nullopt, {}};
       Grasp grasp;
@@ -117,8 +118,8 @@ class Search {
       if (!candidate.reason && !found) plan_.grasps.push_back(std::move(grasp)), found = true;
       if (candidate.reason) {
         ++rejection.counts[static_cast<std::size_t>(*candidate.reason)];
-        if (furthest_ < static_cast<int>(*candidate.reason)) {
-          furthest_ = static_cast<int>(*candidate.reason);
+        if (furthest < static_cast<int>(*candidate.reason)) {
+          furthest = static_cast<int>(*candidate.reason);
           rejection.reason = *candidate.reason;
           rejection.what = candidate.what;
         }
@@ -126,7 +127,6 @@ class Search {
       if (options_.all) plan_.candidates.push_back(std::move(candidate));
       return found && !options_.all;
     });
-    furthest_ = -1;
     if (!found) plan_.rejected.push_back(std::move(rejection));
     return found;
   }
@@ -319,7 +319,6 @@ class Search {
   Plan& plan_;
   std::size_t index_ = 0;
   double width_ = 0;
-  int furthest_ = -1;
 };
 
 std::vector<std::size_t> in_order(const std::vector<Handle>& handles, Order order, const Vector3& mount) {
