@@ -146,6 +146,7 @@ TEST(Arm, FindsJointsThatStandAtTheirLimits) {
       if (where < 2) q[k] = where ? arm.joints()[k].upper : arm.joints()[k].lower;
     }
     IkOptions options;
+    options.restarts = 12;  // enough, if limits are heeded on the way and not only in the end
     options.fallback_restarts = 0;
     const Pose T_base_tip = arm.forward(q);
     const auto solution = arm.inverse(T_base_tip, options);

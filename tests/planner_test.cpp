@@ -255,7 +255,10 @@ TEST(PlannerOrder, AllListsEveryCandidateAndTheSameGrasps) {
     EXPECT_EQ(accepted[i] > 0, i < 2);
   }
   ASSERT_EQ(listed.rejected.size(), 2u);
-  for (const Rejection& rejection : listed.rejected) EXPECT_EQ(rejection.counts, reasons[rejection.handle]);
+  for (const Rejection& rejection : listed.rejected) {
+    EXPECT_EQ(rejection.counts, reasons[rejection.handle]);
+    EXPECT_EQ(rejection.reason, rejection.handle == 2 ? Reason::kOutOfReach : Reason::kTooWide);
+  }
   // The grasp is the first candidate that is one.
   const auto first = std::find_if(listed.candidates.begin(), listed.candidates.end(), [&](const Candidate& candidate) {
     return candidate.handle == listed.grasps[0].handle && !candidate.reason;

@@ -79,7 +79,6 @@ void PlannerOptions::validate() const {
   require(at_least(hand_clearance, 0), "hand_clearance", "at least 0 m");
   require(at_least(self_clearance, 0), "self_clearance", "at least 0 m");
   require(at_least(arm_clearance, 0), "arm_clearance", "at least 0 m");
-  require(joints_apart >= 1, "joints_apart", "at least 1");
   require(at_least(step, 1e-3), "step", "at least 0.001 rad");
   require(speed > 0 && speed <= 1, "speed", "above 0, up to 1");
   require(approach_speed > 0 && approach_speed <= 1, "approach_speed", "above 0, up to 1");
@@ -114,6 +113,7 @@ class Search {
     Rejection rejection;
     rejection.handle = index;
     bool found = false;
+    int furthest = -1;  // reason
     for_each_candidate(handle, [&](const HandlePlace& place, const Approach& approach, bool flipped) {
       Candidate candidate{index, place.shift, approach.angle, approach.tilt, flipped, std::nullopt, {}};
       Grasp grasp;
@@ -122,8 +122,8 @@ class Search {
       if (!candidate.reason && !found) plan_.grasps.push_back(std::move(grasp)), found = true;
       if (candidate.reason) {
         ++rejection.counts[static_cast<std::size_t>(*candidate.reason)];
-        if (furthest_ < static_cast<int>(*candidate.reason)) {
-          furthest_ = static_cast<int>(*candidate.reason);
+        if (furthest < static_cast<int>(*candidate.reason)) {
+          furthest = static_cast<int>(*candidate.reason);
           rejection.reason = *candidate.reason;
           rejection.what = candidate.what;
         }
@@ -131,7 +131,6 @@ class Search {
       if (options_.all) plan_.candidates.push_back(std::move(candidate));
       return found && !options_.all;
     });
-    furthest_ = -1;
     if (!found) plan_.rejected.push_back(std::move(rejection));
     return found;
   }
@@ -329,7 +328,6 @@ class Search {
   Plan& plan_;
   std::size_t index_ = 0;
   double width_ = 0;
-  int furthest_ = -1;
 };
 
 std::vector<std::size_t> in_order(const std::vector<Handle>& handles, const PlannerOptions& options,
@@ -376,7 +374,7 @@ PlannerOptions checked(const Arm& arm, PlannerOptions options) {
 
 GraspPlanner::GraspPlanner(const Arm& arm, const PlannerOptions& options) {
   PlannerOptions ours = checked(arm, options);
-  const Clearances clearances = {ours.hand_clearance, ours.self_clearance, ours.arm_clearance, ours.joints_apart};
+  const Clearances clearances = {ours.hand_clearance, ours.self_clearance, ours.arm_clearance};
   impl_.reset(new Impl{arm, std::move(ours), RobotCheck(arm, clearances), {}});
 }
 GraspPlanner::~GraspPlanner() = default;

@@ -37,16 +37,39 @@ RobotCheck::RobotCheck(const Arm& arm, const Clearances& clearances)
   choose_pairs();
 }
 
-/// Links that are near each other in the chain touch there by design. So do, in any posture that matters, those that
-/// touch at rest or nearly always: their shapes are rough.
+/// How many of the arm's joints move a shape: a cylinder stays where it is when a joint turns about its own axis.
+std::size_t RobotCheck::joints_that_move(const Shape& shape) const {
+  constexpr double kStill = 1e-3;  // m, rad
+  std::size_t joints = arm_.link_joints()[shape.link];
+  const auto placed_at = [&](const JointVector& q) { return arm_.link_poses(q)[shape.link] * shape.T_link_shape; };
+  const auto axis = [](const Pose& T) { return T.direction({0, 0, 1}); };
+  const Pose before = placed_at(arm_.rest());
+  for (; joints > 0 && shape.kind != Shape::Kind::kBox; --joints) {
+    JointVector q = arm_.rest();
+    q[joints - 1] += 1;
+    const Pose after = placed_at(q);
+    const bool turned = shape.kind == Shape::Kind::kCapsule && norm(cross(axis(before), axis(after))) > kStill;
+    if (turned || norm(after.t - before.t) > kStill) break;
+  }
+  return joints;
+}
+
+/// Links that hang on each other touch there by design, and one joint between them keeps to limits that are made for
+/// it. So it is where one joint alone moves the outer link's shape against another link of the arm: Baxter's upper arm,
+/// a cylinder about its roll axis, runs into the rough shape of the shoulder where the arm itself still has a radian to
+/// go. Left out are, too, those that touch at rest or nearly always.
 void RobotCheck::choose_pairs() {
   const std::vector<Shape>& shapes = arm_.shapes();
   const std::vector<std::size_t>& joints = arm_.link_joints();
+  std::vector<std::size_t> moved_by;
+  for (const Shape& shape : shapes) moved_by.push_back(joints_that_move(shape));
   std::vector<std::pair<std::size_t, std::size_t>> pairs;
   for (std::size_t a = 0; a < shapes.size(); ++a) {
     for (std::size_t b = 0; b < a; ++b) {
       const std::size_t of_a = joints[shapes[a].link], of_b = joints[shapes[b].link];
-      if (std::max(of_a, of_b) > std::min(of_a, of_b) + clearances_.joints_apart) pairs.emplace_back(a, b);
+      const std::size_t inner = std::min(of_a, of_b), outer = std::max(of_a, of_b);
+      const bool hang_together = outer <= inner + 1 || (inner > 0 && moved_by[of_a > of_b ? a : b] <= inner + 1);
+      if (!hang_together) pairs.emplace_back(a, b);
     }
   }
 

@@ -12,7 +12,6 @@ namespace handhold::plan {
 
 struct Clearances {
   double hand = 0, self = 0, arm = 0;  ///< m
-  std::size_t joints_apart = 1;        ///< as PlannerOptions::joints_apart
 };
 
 class RobotCheck {
@@ -43,6 +42,7 @@ class RobotCheck {
                                            const JointVector& to, double room_to, double opening, bool hand) const;
   std::string name_of(const Obstacles& obstacles, const Obstacles::Nearest& nearest) const;
   bool is_hand(const Shape& shape) const { return arm_.link_joints()[shape.link] == arm_.joints().size(); }
+  std::size_t joints_that_move(const Shape& shape) const;
   void choose_pairs();
 
   Arm arm_;

@@ -56,9 +56,6 @@ struct PlannerOptions {
   double hand_clearance = 0.001;    ///< m, >= 0; of hand and fingers from obstacles
   double self_clearance = 0.01;     ///< m, >= 0; between links of the robot
   double arm_clearance = 0.015;     ///< m, >= 0; of everything else from obstacles
-  /// Links with so many joints or fewer between them are not held against each other: their joints' limits keep them
-  /// apart. With Baxter's rough published shapes, links two joints apart overlap in many postures that it can take.
-  std::size_t joints_apart = 2;
 
   /// rad (m for a prismatic joint), >= 0.001; between two samples of a path no joint moves more
   double step = 0.05;
