@@ -105,6 +105,18 @@ TEST(HeldObject, IsWhatHangsTogetherWithTheHandle) {
   EXPECT_FALSE(object.near_others(sensor::translation(0, 0, -0.1) * tip));
   EXPECT_TRUE(object.near_others(sensor::translation(0.05, 0, 0) * tip));
   EXPECT_FALSE(object.near_others(sensor::translation(0.05, 0, 0.4) * tip));
+  // Taken away, it leaves the other thing and the table.
+  const Cloud& rest = object.rest();
+  ASSERT_EQ(rest.size(), cloud.size());
+  for (std::size_t i = 0; i + 1 < rest.size(); ++i) {
+    const float *p = &cloud.xyz[3 * i], *q = &rest.xyz[3 * i];
+    if (p[2] > 0.012f) {
+      EXPECT_EQ(std::isnan(q[0]), p[0] < 0.68f) << p[0] << " " << p[1] << " " << p[2];
+    }
+    if (p[2] == 0) {
+      EXPECT_EQ(q[0], p[0]);
+    }
+  }
   EXPECT_EQ(HeldObject().below(tip), 0);
   EXPECT_FALSE(HeldObject().near(tip, ball, 1));
 }

@@ -41,40 +41,46 @@ std::array<int, 3> neighbour(const std::array<int, 3>& cell, int n) {
 
 HeldObject::HeldObject(const CloudView& cloud, const plan::Pose& T_base_cloud, const Handle& handle, double table_top,
                        const plan::Pose& T_base_tip) {
-  // One point a cell is enough.
   const Vector3 center = T_base_cloud.point(handle.center), axis = T_base_cloud.direction(handle.axis);
-  std::map<Cell, Vector3> cells;
+  const auto in_base = [&](std::size_t i) {
+    const float* xyz = cloud.point(i);
+    return T_base_cloud.point({xyz[0], xyz[1], xyz[2]});
+  };
+  std::map<Cell, Vector3> cells;  // one point each is enough
   std::vector<Cell> front;
   for (std::size_t i = 0; i < cloud.size(); ++i) {
-    const float* xyz = cloud.point(i);
-    const Vector3 p = T_base_cloud.point({xyz[0], xyz[1], xyz[2]});
+    const Vector3 p = in_base(i);
     if (!std::isfinite(p[0] + p[1] + p[2]) || p[2] < table_top + kAbove) continue;
     const Cell cell = cell_of(p);
     if (distance(p, center) > kFarthest) {
       others_.insert(cell);
-      continue;
+    } else if (cells.emplace(cell, p).second && from_axis(handle, center, axis, p) < handle.radius + kBeside) {
+      front.push_back(cell);
     }
-    if (!cells.emplace(cell, p).second) continue;
-    if (from_axis(handle, center, axis, p) < handle.radius + kBeside) front.push_back(cell);
   }
-  std::map<Cell, bool> taken;
-  for (const Cell& cell : front) taken[cell] = true;
+  std::set<Cell> taken(front.begin(), front.end());
   while (!front.empty()) {
     const Cell cell = front.back();
     front.pop_back();
     for (int n = 0; n < 27; ++n) {
       const Cell next = neighbour(cell, n);
-      if (!cells.count(next) || taken[next]) continue;
-      taken[next] = true;
-      front.push_back(next);
+      if (cells.count(next) && taken.insert(next).second) front.push_back(next);
     }
   }
+  const plan::Pose T_tip_base = T_base_tip.inverse();
   for (const auto& [cell, point] : cells) {
     if (!taken.count(cell)) others_.insert(cell);
+    if (taken.count(cell)) points_.push_back(T_tip_base.point(point));
   }
-  const plan::Pose T_tip_base = T_base_tip.inverse();
-  for (const auto& [cell, is_taken] : taken) {
-    if (is_taken) points_.push_back(T_tip_base.point(cells.at(cell)));
+  rest_.width = cloud.width;
+  rest_.height = cloud.height;
+  rest_.xyz.reserve(3 * cloud.size());
+  for (std::size_t i = 0; i < cloud.size(); ++i) {
+    const Vector3 p = in_base(i);
+    const bool is_own =
+        std::isfinite(p[0] + p[1] + p[2]) && distance(p, center) <= kFarthest && taken.count(cell_of(p));
+    const float* xyz = cloud.point(i);
+    for (std::size_t k = 0; k < 3; ++k) rest_.xyz.push_back(is_own ? std::nanf("") : xyz[k]);
   }
   if (points_.empty()) return;
   for (const Vector3& p : points_) {

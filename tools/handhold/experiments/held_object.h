@@ -22,6 +22,8 @@ class HeldObject {
   double below(const plan::Pose& T_base_tip) const;
   /// Whether a point comes nearer than `margin` (m) to a body.
   bool near(const plan::Pose& T_base_tip, const plan::Body& body, double margin) const;
+  /// The cloud without the object's points: what is left when it is taken away.
+  const Cloud& rest() const { return rest_; }
   /// Whether a point comes as near to the rest of the cloud, but for the table, as points that hang together are.
   bool near_others(const plan::Pose& T_base_tip) const;
 
@@ -29,7 +31,8 @@ class HeldObject {
   using Cell = std::array<int, 3>;
 
   std::vector<Vector3> points_;  ///< m; tip's frame
-  std::set<Cell> others_;        ///< cells (base frame) with points that do not belong to it
+  Cloud rest_;
+  std::set<Cell> others_;  ///< cells (base frame) with points that do not belong to it
   Vector3 middle_ = {0, 0, 0};
   double radius_ = 0;  ///< m; of a ball about the middle that holds all
 };

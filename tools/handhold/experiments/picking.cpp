@@ -51,6 +51,13 @@ std::vector<std::pair<std::string, plan::Body>> known_bodies(const physics::Worl
   return bodies;
 }
 
+/// The far sides of things were not seen.
+plan::PlannerOptions carrier_options() {
+  plan::PlannerOptions options;
+  options.hand_clearance = options.arm_clearance = 0.03;
+  return options;
+}
+
 plan::PlannerOptions planner_options() {
   plan::PlannerOptions options;
   options.max_grasps = 1;
@@ -154,9 +161,11 @@ Picker::Picker(const Workplace& place, const std::vector<physics::Thing>& things
       world_(place.world, things),
       options_(localizer),
       planner_(world_.arm(), planner_options()),
+      carrier_(world_.arm(), carrier_options()),
       at_(world_.arm().rest()) {
   for (const auto& [name, body] : known_bodies(place_.world)) {
     planner_.obstacles().add(name, body);
+    carrier_.obstacles().add(name, body);
     known_.push_back(body);
   }
 }
@@ -215,11 +224,11 @@ void Picker::go(const plan::JointVector& to, double opening) {
   at_ = to;
 }
 
-/// Whether the arm would touch something on a way; or, `careful`, what it holds.
+/// Whether the arm without its hand would touch something on a way; or, `careful`, the hand or what it holds would.
 bool Picker::is_blocked(const std::vector<plan::JointVector>& path, bool careful) const {
   constexpr double kMargin = 0.02, kOwnMargin = 0.01;  // m; of what is held: its far side was not seen
-  if (planner_.hit(path, 0, false)) return true;
-  if (!careful) return false;
+  if (!careful) return planner_.hit(path, 0, false).has_value();
+  if (carrier_.hit(path, 0, true)) return true;
   const plan::Arm& arm = world_.arm();
   for (const plan::JointVector& q : path) {
     const plan::Pose tip = arm.forward(q);
@@ -374,6 +383,7 @@ Attempt Picker::attempt(std::uint64_t seed) {
   const physics::Table& table = place_.world.table;
   held_object_ = HeldObject(look_.cloud.view(), place_.T_base_camera, look_.result.handles[grasp.handle],
                             table.T_world_table.t[2] + table.size[2] / 2, grasp.grasp);
+  carrier_.obstacles().set_cloud(held_object_.rest().view(), place_.T_base_camera);
   world_.follow(grasp.lift_path, grasp.lift_times, 0);
   at_ = grasp.lift_path.back();
   const bool lifted = world_.held(*thing);

@@ -96,7 +96,8 @@ class Picker {
   physics::World world_;
   Options options_;
   plan::GraspPlanner planner_;
-  plan::JointVector at_;  ///< rad; where the arm was last sent to
+  plan::GraspPlanner carrier_;  ///< knows what is left on the table
+  plan::JointVector at_;        ///< rad; where the arm was last sent to
   std::vector<plan::Body> known_;
   HeldObject held_object_;
   Look look_;
