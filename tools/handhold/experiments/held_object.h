@@ -9,7 +9,8 @@
 
 namespace handhold::experiments {
 
-/// Points of an object in the frame of the hand that holds it.
+/// Points of an object in the frame of the hand that holds it: those that were seen, and some behind them, as far as
+/// things are usually thick.
 class HeldObject {
  public:
   HeldObject() = default;
@@ -26,8 +27,15 @@ class HeldObject {
   const Cloud& rest() const { return rest_; }
   /// Whether a point comes as near to the rest of the cloud, but for the table, as points that hang together are.
   bool near_others(const plan::Pose& T_base_tip) const;
+  /// Forgets points that are as near to the rest where the hand is now: guesses that were wrong.
+  void correct(const plan::Pose& T_base_tip);
 
  private:
+  void bound();
+  void leave_rest(const CloudView& cloud, const plan::Pose& T_base_cloud, double table_top,
+                  const std::set<std::array<int, 3>>& taken);
+  bool is_near_others(const Vector3& p) const;
+
   using Cell = std::array<int, 3>;
 
   std::vector<Vector3> points_;  ///< m; tip's frame

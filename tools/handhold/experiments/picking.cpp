@@ -291,16 +291,24 @@ std::optional<plan::JointVector> Picker::nearest_over_box(const std::vector<plan
   return std::nullopt;
 }
 
-/// To the box, straight, or by way of where the hand is raised, or of where the arm was before. With what is held clear
+/// To the box, straight, or by way of where the hand is raised or drawn back, or of where the arm was
+/// before. With what is held clear
 /// of everything, or, if there is no such way, at least the arm. False: there is none at all.
 bool Picker::carry(const plan::JointVector& home) {
   std::vector<plan::JointVector> by_way_of = {at_};
-  for (const double higher : {0.1, 0.2}) {
-    plan::Pose pose = world_.arm().forward(at_);
-    pose.t[2] += higher;
-    plan::IkOptions ik;
-    ik.reference = at_;
-    if (const auto q = world_.arm().inverse(pose, ik)) by_way_of.push_back(*q);
+  const plan::Arm& arm = world_.arm();
+  const plan::Pose lifted = arm.forward(at_);
+  held_object_.correct(lifted);
+  const double far = std::hypot(lifted.t[0] - arm.mount()[0], lifted.t[1] - arm.mount()[1]);
+  for (const double back : {0.0, 0.1, 0.2, 0.3}) {
+    for (const double higher : {0.2, 0.1, 0.0}) {
+      plan::Pose pose = lifted;
+      for (std::size_t k = 0; k < 2; ++k) pose.t[k] -= back * (lifted.t[k] - arm.mount()[k]) / far;
+      pose.t[2] += higher;
+      plan::IkOptions ik;
+      ik.reference = at_;
+      if (const auto q = arm.inverse(pose, ik)) by_way_of.push_back(*q);
+    }
   }
   by_way_of.push_back(home);
   for (const bool careful : {true, false}) {
