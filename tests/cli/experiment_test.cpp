@@ -67,7 +67,7 @@ class Experiment : public ::testing::Test {
 
 TEST_F(Experiment, Help) {
   const std::string help = output({"--help"});
-  for (const char* name : {"fig8", "fig9", "axis", "density", "tracking"}) {
+  for (const char* name : {"fig8", "fig9", "axis", "density", "tracking", "table1", "table2"}) {
     EXPECT_NE(help.find(name), std::string::npos) << name;
     const std::string own = output({name, "--help"});
     EXPECT_NE(own.find("Usage: handhold experiment " + std::string(name)), std::string::npos) << own;
@@ -249,7 +249,7 @@ TEST_F(Experiment, WrongUse) {
   expect_refusal({}, 2, {"no experiment given", "fig9"});
   expect_refusal({"fig99"}, 2, {"unknown subcommand 'fig99'", "fig9"});
   expect_refusal({"fig9", "more"}, 2, {"'more'", "handhold experiment fig9 --help"});
-  for (const char* name : {"fig8", "fig9", "axis", "density", "tracking"}) {
+  for (const char* name : {"fig8", "fig9", "axis", "density", "tracking", "table1", "table2"}) {
     expect_refusal({name, "--run", "2"}, 2, {"unknown option '--run'", "did you mean '--runs'"});
     expect_refusal({name, "--runs", "0"}, 2, {"--runs = '0'", "1 to"});
     expect_refusal({name, "--seed", "-1"}, 2, {"--seed", "whole number"});

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <tuple>
+#include <utility>
 
 #include "text.h"
 
@@ -291,9 +293,8 @@ std::optional<plan::JointVector> Picker::nearest_over_box(const std::vector<plan
   return std::nullopt;
 }
 
-/// To the box, straight, or by way of where the hand is raised or drawn back, or of where the arm was
-/// before. With what is held clear
-/// of everything, or, if there is no such way, at least the arm. False: there is none at all.
+/// To the box, straight, or by way of where the hand is raised or drawn back, or of where the arm was before; with what
+/// is held clear of everything, or, if there is no such way, at least the arm. False: there is none at all.
 bool Picker::carry(const plan::JointVector& home) {
   std::vector<plan::JointVector> by_way_of = {at_};
   const plan::Arm& arm = world_.arm();
@@ -349,68 +350,75 @@ bool Picker::touches_hand(std::size_t thing) const {
   return false;
 }
 
-Attempt Picker::attempt(std::uint64_t seed) {
-  Attempt attempt;
-  const double begin = world_.time();
-  see(seed);
-  std::vector<plan::Pose> before;
-  for (std::size_t i = 0; i < world_.things().size(); ++i) before.push_back(world_.pose(i));
-  const auto finish = [&](Ending ending, const std::string& why) {
-    attempt.ending = ending;
-    attempt.why = why;
-    attempt.seconds = world_.time() - begin;
-    for (std::size_t i = 0; i < before.size(); ++i) {
-      if (!world_.in_bin(i)) attempt.pushed = std::max(attempt.pushed, distance(before[i].t, world_.pose(i).t));
-    }
-    return attempt;
-  };
-  if (look_.result.handles.empty()) return finish(Ending::kNotLocalized, "no handle");
-  if (look_.plan.grasps.empty()) return finish(Ending::kNoPlan, joined(look_.plan.rejected));
-
-  const plan::Grasp& grasp = look_.plan.grasps.front();
-  const plan::JointVector home = at_;
-  world_.follow(grasp.path, grasp.times, grasp.opening);
-  at_ = grasp.path.back();
-  attempt.thing = nearest_to(grasp.grasp.t);
-  world_.command(at_, 0);
+/// Back the way that it came, with an open hand.
+void Picker::retreat(const plan::Grasp& grasp) {
+  world_.command(at_, grasp.opening);
   world_.step(kClosing);
-  const std::optional<std::size_t> thing = held();
-  const double closed_to = world_.opening();
-  if (!thing) {
-    // Back the way that it came, with an open hand.
-    world_.command(at_, grasp.opening);
-    world_.step(kClosing);
-    std::vector<plan::JointVector> back(grasp.path.rbegin(), grasp.path.rend());
-    world_.follow(back, planner_.times(back, kCarrySpeed), grasp.opening);
-    at_ = home;
-    settle();
-    return finish(Ending::kMissed,
-                  format("closed to %.1f mm on a part of %.1f mm", 1000 * closed_to, 1000 * grasp.width));
-  }
-  attempt.thing = thing;
+  const std::vector<plan::JointVector> back(grasp.path.rbegin(), grasp.path.rend());
+  world_.follow(back, planner_.times(back, kCarrySpeed), grasp.opening);
+  at_ = back.back();
+}
+
+/// Lifts what is between the fingers, carries it to the box, lets go and goes back. What became of it, in words too.
+std::pair<Ending, std::string> Picker::deliver(std::size_t thing, const plan::Grasp& grasp) {
   const physics::Table& table = place_.world.table;
   held_object_ = HeldObject(look_.cloud.view(), place_.T_base_camera, look_.result.handles[grasp.handle],
                             table.T_world_table.t[2] + table.size[2] / 2, grasp.grasp);
   carrier_.obstacles().set_cloud(held_object_.rest().view(), place_.T_base_camera);
+  const plan::JointVector& home = grasp.path.front();
+  const double open = world_.arm().hand().opening_max;
   world_.follow(grasp.lift_path, grasp.lift_times, 0);
   at_ = grasp.lift_path.back();
-  const bool lifted = world_.held(*thing);
+  const bool lifted = world_.held(thing);
   const bool led = lifted && carry(home);
-  const bool carried = led && world_.held(*thing);
-  const Vector3 let_go = world_.center_of_mass(*thing);
-  world_.command(at_, world_.arm().hand().opening_max);
+  const bool carried = led && world_.held(thing);
+  const Vector3 let_go = world_.center_of_mass(thing);
+  world_.command(at_, open);
   world_.step(kClosing);
-  shake_off(*thing);
-  go(home, world_.arm().hand().opening_max);
+  shake_off(thing);
+  go(home, open);
   settle();
-  const std::string& name = world_.things()[*thing].name;
-  if (world_.in_bin(*thing)) return finish(Ending::kGrasped, name);
-  if (!lifted) return finish(Ending::kSlipped, name + " was lost while it was lifted");
-  if (!led) return finish(Ending::kNoPlan, name + " was lifted, but there was no way to the box");
-  if (!carried) return finish(Ending::kSlipped, name + " was lost on the way to the box");
+  const std::string& name = world_.things()[thing].name;
+  if (world_.in_bin(thing)) return {Ending::kGrasped, name};
+  if (!lifted) return {Ending::kSlipped, name + " was lost while it was lifted"};
+  if (!led) return {Ending::kNoPlan, name + " was lifted, but there was no way to the box"};
+  if (!carried) return {Ending::kSlipped, name + " was lost on the way to the box"};
   const Vector3& box = place_.world.bin.T_world_bin.t;
-  return finish(Ending::kBesideBox, format("%s was let go %.0f mm beside the middle of the box", name.c_str(),
-                                           1000 * std::hypot(let_go[0] - box[0], let_go[1] - box[1])));
+  return {Ending::kBesideBox, format("%s was let go %.0f mm beside the middle of the box", name.c_str(),
+                                     1000 * std::hypot(let_go[0] - box[0], let_go[1] - box[1]))};
+}
+
+std::pair<Ending, std::string> Picker::act(std::optional<std::size_t>& thing) {
+  if (look_.result.handles.empty()) return {Ending::kNotLocalized, "no handle"};
+  if (look_.plan.grasps.empty()) return {Ending::kNoPlan, joined(look_.plan.rejected)};
+  const plan::Grasp& grasp = look_.plan.grasps.front();
+  world_.follow(grasp.path, grasp.times, grasp.opening);
+  at_ = grasp.path.back();
+  thing = nearest_to(grasp.grasp.t);
+  world_.command(at_, 0);
+  world_.step(kClosing);
+  if (const auto between = held()) {
+    thing = between;
+    return deliver(*between, grasp);
+  }
+  const double closed_to = world_.opening();
+  retreat(grasp);
+  settle();
+  return {Ending::kMissed, format("closed to %.1f mm on a part of %.1f mm", 1000 * closed_to, 1000 * grasp.width)};
+}
+
+Attempt Picker::attempt(std::uint64_t seed) {
+  Attempt attempt;
+  const double begin = world_.time();
+  std::vector<plan::Pose> before;
+  for (std::size_t i = 0; i < world_.things().size(); ++i) before.push_back(world_.pose(i));
+  see(seed);
+  std::tie(attempt.ending, attempt.why) = act(attempt.thing);
+  attempt.seconds = world_.time() - begin;
+  for (std::size_t i = 0; i < before.size(); ++i) {
+    if (!world_.in_bin(i)) attempt.pushed = std::max(attempt.pushed, distance(before[i].t, world_.pose(i).t));
+  }
+  return attempt;
 }
 
 }  // namespace handhold::experiments

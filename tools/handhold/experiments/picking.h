@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "handhold/localizer.h"
@@ -63,6 +64,8 @@ bool can_hold(const plan::ElectricGripper& gripper, double diameter, double clea
 /// Things of the paper's families on the table, as the file has them (but not its table), a little above it.
 std::vector<physics::Thing> things_of(const sensor::SceneFile& file, const plan::Pose& T_base_scene);
 
+/// Of the world it knows what its camera sees, where table and box stand, and what it feels: how far the fingers have
+/// closed, whether something is between them, or still hangs on the hand.
 class Picker {
  public:
   Picker(const Workplace& place, const std::vector<physics::Thing>& things, const Options& localizer);
@@ -80,6 +83,9 @@ class Picker {
 
  private:
   void see(std::uint64_t seed);
+  std::pair<Ending, std::string> act(std::optional<std::size_t>& thing);
+  void retreat(const plan::Grasp& grasp);
+  std::pair<Ending, std::string> deliver(std::size_t thing, const plan::Grasp& grasp);
   bool carry(const plan::Grasp& grasp);
   void go(const plan::JointVector& to, double opening);
   void shake_off(std::size_t thing);
