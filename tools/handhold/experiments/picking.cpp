@@ -293,10 +293,11 @@ std::optional<plan::JointVector> Picker::nearest_over_box(const std::vector<plan
   return std::nullopt;
 }
 
-/// To the box, straight, or by way of where the hand is raised or drawn back, or of where the arm was before; with what
-/// is held clear of everything, or, if there is no such way, at least the arm. False: there is none at all.
+/// To the box by way of where the hand is raised, as far as it can be: what is heavy turns in the hand, and hangs lower
+/// than it was seen. Otherwise straight, or by way of where the hand is drawn back, or of where the arm was before;
+/// with what is held clear of everything, or, if there is no such way, at least the arm. False: there is none at all.
 bool Picker::carry(const plan::JointVector& home) {
-  std::vector<plan::JointVector> by_way_of = {at_};
+  std::vector<plan::JointVector> by_way_of;
   const plan::Arm& arm = world_.arm();
   const plan::Pose lifted = arm.forward(at_);
   held_object_.correct(lifted);
@@ -308,7 +309,8 @@ bool Picker::carry(const plan::JointVector& home) {
       pose.t[2] += higher;
       plan::IkOptions ik;
       ik.reference = at_;
-      if (const auto q = arm.inverse(pose, ik)) by_way_of.push_back(*q);
+      const std::optional<plan::JointVector> q = back == 0 && higher == 0 ? at_ : arm.inverse(pose, ik);
+      if (q) by_way_of.push_back(*q);
     }
   }
   by_way_of.push_back(home);
