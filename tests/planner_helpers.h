@@ -92,6 +92,7 @@ inline PlannerOptions one_approach() {
   options.max_angle = 0;
   options.places = {0};
   options.depths = {0};
+  options.tilts = {0};
   return options;
 }
 inline Body box_body(const Vector3& at, const Vector3& size) {

@@ -247,11 +247,11 @@ TEST(PlannerOrder, AllListsEveryCandidateAndTheSameGrasps) {
     std::size_t expected = 0;
     const Handle ours = in_base(handles[i], scene.T_base_camera, i);
     for (const HandlePlace& place : places_along(ours, options.places)) {
-      expected +=
-          2 * approaches_to(place, baxter().mount(), ours.approach, options.angle_step, options.max_angle).size();
+      expected += 2 * options.tilts.size() *
+                  approaches_to(place, baxter().mount(), ours.approach, options.angle_step, options.max_angle).size();
     }
     EXPECT_EQ(count[i], expected);
-    EXPECT_GE(count[i], 5u * 2 * 13) << "13 directions in half a turn, both flips";
+    EXPECT_GE(count[i], 5u * 2 * 13 * 3) << "13 directions in half a turn, both flips, three tilts";
     EXPECT_EQ(accepted[i] > 0, i < 2);
   }
   ASSERT_EQ(listed.rejected.size(), 2u);
@@ -266,6 +266,61 @@ TEST(PlannerOrder, AllListsEveryCandidateAndTheSameGrasps) {
   ASSERT_NE(first, listed.candidates.end());
   EXPECT_EQ(first->angle, listed.grasps[0].angle);
   EXPECT_EQ(first->flipped, listed.grasps[0].flipped);
+}
+
+TEST(PlannerOrder, OfNearHandlesTheLongerOneFirstIfAskedFor) {
+  const Arm arm = gantry_arm();
+  std::vector<Handle> handles(4, gantry_handle());
+  const double distances[] = {0.3, 0.36, 0.38, 0.44}, lengths[] = {0.03, 0.1, 0.05, 0.2};
+  for (std::size_t i = 0; i < handles.size(); ++i) {
+    handles[i].center = {arm.mount()[0] + distances[i], arm.mount()[1], arm.mount()[2]};
+    handles[i].length = lengths[i];
+    handles[i].radius = 1;  // none is a grasp: the order is that of the rejected
+  }
+  const auto order = [&](double tolerance, Order by = Order::kNearest) {
+    PlannerOptions options = one_approach();
+    options.max_grasps = 0;
+    options.nearest_tolerance = tolerance;
+    options.order = by;
+    std::vector<std::size_t> indices;
+    for (const Rejection& one : GraspPlanner(arm, options).plan(handles, {}).rejected) indices.push_back(one.handle);
+    return indices;
+  };
+  using Indices = std::vector<std::size_t>;
+  EXPECT_EQ(order(0), (Indices{0, 1, 2, 3}));
+  EXPECT_EQ(order(0.05), (Indices{0, 1, 2, 3}));
+  EXPECT_EQ(order(0.07), (Indices{1, 0, 3, 2}));
+  EXPECT_EQ(order(0.2), (Indices{3, 1, 2, 0}));
+  EXPECT_EQ(order(0.2, Order::kConfidence), (Indices{0, 1, 2, 3}));
+}
+
+TEST(PlannerPose, ATiltLeansTowardsTheHandlesEnds) {
+  PlannerOptions options = one_approach();
+  options.tilts = {0.3, 0, -0.3};
+  options.all = true;
+  const Arm arm = gantry_arm();
+  const Plan plan = GraspPlanner(arm, options).plan({gantry_handle()}, {});
+  ASSERT_EQ(plan.candidates.size(), 6u);
+  for (std::size_t i = 0; i < 6; ++i) EXPECT_EQ(plan.candidates[i].tilt, options.tilts[i / 2]);
+  // The hand closes across the axis all the same, about the same point.
+  const HandlePlace place = {gantry_handle().center, kZ, 0};
+  for (const double tilt : options.tilts) {
+    const Approach approach = tilted({kX, 0.5, 0}, kZ, tilt);
+    EXPECT_EQ(approach.angle, 0.5);
+    EXPECT_NEAR(dot(approach.direction, kZ), std::sin(tilt), 1e-12);
+    EXPECT_NEAR(dot(approach.direction, kX), std::cos(tilt), 1e-12);
+    const Pose T = hand_pose(place, approach.direction, 0.01, false);
+    EXPECT_NEAR(T.R[7], 0, 1e-12) << "y is across the axis";
+    EXPECT_NEAR(norm(T.t - place.point), 0.01, 1e-12);
+    EXPECT_NEAR(dot(T.t - place.point, approach.direction), 0.01, 1e-12);
+  }
+  options.tilts = {};
+  EXPECT_MENTIONS(message_of([&] { options.validate(); }), "tilts");
+  options.tilts = {1.5};
+  EXPECT_MENTIONS(message_of([&] { options.validate(); }), "tilts");
+  options.tilts = {0};
+  options.nearest_tolerance = -1;
+  EXPECT_MENTIONS(message_of([&] { options.validate(); }), "nearest_tolerance");
 }
 
 TEST(PlannerOrder, TheFlipThatTurnsTheHandLessComesFirst) {

@@ -1,6 +1,8 @@
 // From handles to grasps: candidates one by one, cheap tests first.
 #include "handhold/planner.h"
 
+#include <tbb/parallel_for.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -114,10 +116,7 @@ class Search {
     rejection.handle = index;
     bool found = false;
     int furthest = -1;  // reason
-    for_each_candidate(handle, [&](const HandlePlace& place, const Approach& approach, bool flipped) {
-      Candidate candidate{index, place.shift, approach.angle, approach.tilt, flipped, std::nullopt, {}};
-      Grasp grasp;
-      candidate.reason = look_at(place, approach, flipped, grasp, candidate.what);
+    const auto take = [&](Candidate& candidate, Grasp& grasp) {
       if (!candidate.reason) candidate.what.clear();
       if (!candidate.reason && !found) plan_.grasps.push_back(std::move(grasp)), found = true;
       if (candidate.reason) {
@@ -128,14 +127,53 @@ class Search {
           rejection.what = candidate.what;
         }
       }
-      if (options_.all) plan_.candidates.push_back(std::move(candidate));
-      return found && !options_.all;
-    });
+    };
+    if (options_.all) {
+      std::vector<Looked> looked = look_at_all(handle);
+      for (Looked& one : looked) {
+        take(one.candidate, one.grasp);
+        plan_.candidates.push_back(std::move(one.candidate));
+      }
+    } else {
+      for_each_candidate(handle, [&](const HandlePlace& place, const Approach& approach, bool flipped) {
+        Looked one = look(place, approach, flipped);
+        take(one.candidate, one.grasp);
+        return found;
+      });
+    }
     if (!found) plan_.rejected.push_back(std::move(rejection));
     return found;
   }
 
  private:
+  struct Looked {
+    Candidate candidate;
+    Grasp grasp;
+  };
+  Looked look(const HandlePlace& place, const Approach& approach, bool flipped) const {
+    Looked one{{index_, place.shift, approach.angle, approach.tilt, flipped, std::nullopt, {}}, {}};
+    one.candidate.reason = look_at(place, approach, flipped, one.grasp, one.candidate.what);
+    return one;
+  }
+
+  /// One candidate has nothing to do with another: in parallel in the caller's arena, in their order.
+  std::vector<Looked> look_at_all(const Handle& handle) const {
+    struct Way {
+      HandlePlace place;
+      Approach approach;
+      bool flipped;
+    };
+    std::vector<Way> ways;
+    for_each_candidate(handle, [&](const HandlePlace& place, const Approach& approach, bool flipped) {
+      ways.push_back({place, approach, flipped});
+      return false;
+    });
+    std::vector<Looked> looked(ways.size());
+    tbb::parallel_for(std::size_t{0}, ways.size(),
+                      [&](std::size_t i) { looked[i] = look(ways[i].place, ways[i].approach, ways[i].flipped); });
+    return looked;
+  }
+
   /// Until `visit` returns true.
   template <class Visit>
   void for_each_candidate(const Handle& handle, Visit visit) const {

@@ -11,9 +11,8 @@
 namespace handhold::plan {
 namespace {
 
-/// Farther obstacles are not looked for (m). Samples of a path with as much room at both ends need no more between.
-constexpr double kFar = 0.15;
 /// Between two samples at most half of this (m) of a clearance is given up.
+constexpr double kNearby = 1e-4;  // m; beyond what is within a clearance, rounding included
 constexpr double kShortest = 0.002;
 /// Nearer (m) is touching: bodies that overlap are 0 apart, so that a clearance of 0 alone would let them.
 constexpr double kTouch = 1e-6;
@@ -106,7 +105,7 @@ std::optional<std::string> RobotCheck::hand(const Obstacles& obstacles, const Po
     if (!is_hand(shape)) continue;
     const Body body = placed(shape, T_base_base * links[shape.link]);
     if (!obstacles.within(body, clearances_.hand)) continue;
-    return name_of(obstacles, obstacles.nearest(body));
+    return name_of(obstacles, obstacles.nearest(body, clearances_.hand + kNearby));
   }
   return std::nullopt;
 }
@@ -160,12 +159,22 @@ std::optional<GraspPlanner::Hit> RobotCheck::posture(const Obstacles& obstacles,
   return std::nullopt;
 }
 
+/// How far (m) anything moves at most from one posture to another.
+double RobotCheck::way(const JointVector& from, const JointVector& to) const {
+  double way = 0;
+  for (std::size_t j = 0; j < from.size(); ++j) way += arm_.sweeps()[j] * std::fabs(to[j] - from[j]);
+  return way;
+}
+
+/// A sample needs no more room than the longer way to its neighbours: farther obstacles are not looked for.
 std::optional<GraspPlanner::Hit> RobotCheck::path(const Obstacles& obstacles, const std::vector<JointVector>& path,
                                                   double opening, bool hand) const {
   std::vector<double> room;
-  for (const JointVector& q : path) {
-    const std::vector<Pose> links = arm_.link_poses(q, opening);
-    const Clear clear = clearance(obstacles, links, hand, kFar);
+  for (std::size_t i = 0; i < path.size(); ++i) {
+    const std::vector<Pose> links = arm_.link_poses(path[i], opening);
+    const double before = i > 0 ? way(path[i - 1], path[i]) : 0;
+    const double after = i + 1 < path.size() ? way(path[i], path[i + 1]) : 0;
+    const Clear clear = clearance(obstacles, links, hand, std::max(before, after));
     if (clear.distance < 0) return GraspPlanner::Hit{Reason::kArmHits, clear.what};
     if (const auto link = itself(links)) return GraspPlanner::Hit{Reason::kArmHitsItself, *link};
     room.push_back(clear.distance);
@@ -181,13 +190,12 @@ std::optional<GraspPlanner::Hit> RobotCheck::path(const Obstacles& obstacles, co
 std::optional<GraspPlanner::Hit> RobotCheck::between(const Obstacles& obstacles, const JointVector& from,
                                                      double room_from, const JointVector& to, double room_to,
                                                      double opening, bool hand) const {
-  double way = 0;
-  for (std::size_t j = 0; j < from.size(); ++j) way += arm_.sweeps()[j] * std::fabs(to[j] - from[j]);
+  const double whole = way(from, to);
   // The room is what is left beyond the required clearance.
-  if (way <= room_from + room_to + kShortest) return std::nullopt;
+  if (whole <= room_from + room_to + kShortest) return std::nullopt;
   JointVector middle(from.size());
   for (std::size_t j = 0; j < from.size(); ++j) middle[j] = (from[j] + to[j]) / 2;
-  const Clear clear = clearance(obstacles, arm_.link_poses(middle, opening), hand, kFar);
+  const Clear clear = clearance(obstacles, arm_.link_poses(middle, opening), hand, whole / 2);
   if (clear.distance < 0) return GraspPlanner::Hit{Reason::kArmHits, clear.what};
   const auto first = between(obstacles, from, room_from, middle, clear.distance, opening, hand);
   return first ? first : between(obstacles, middle, clear.distance, to, room_to, opening, hand);

@@ -38,6 +38,7 @@ class RobotCheck {
     std::string what;
   };
   Clear clearance(const Obstacles& obstacles, const std::vector<Pose>& T_base_link, bool hand, double limit) const;
+  double way(const JointVector& from, const JointVector& to) const;
   std::optional<GraspPlanner::Hit> between(const Obstacles& obstacles, const JointVector& from, double room_from,
                                            const JointVector& to, double room_to, double opening, bool hand) const;
   std::string name_of(const Obstacles& obstacles, const Obstacles::Nearest& nearest) const;
