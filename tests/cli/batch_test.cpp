@@ -99,6 +99,41 @@ TEST_F(Batch, GoesOnWhereItStopped) {
   EXPECT_NE(rows.find("\"c\",done"), std::string::npos) << rows;
 }
 
+TEST_F(Batch, InterruptedItFinishesWhatItBeganAndGoesOnLater) {
+  constexpr int kClouds = 200;
+  fs::create_directories(folder_.path() / "many");
+  for (int i = 0; i < kClouds; ++i) folder_.write("many/" + std::to_string(i) + ".pcd", binary_pcd(cylinder()));
+  const fs::path out = folder_.path() / "out";
+  const auto results = [&] {
+    std::size_t count = 0;
+    std::error_code error;
+    for (const auto& entry : fs::directory_iterator(out, error)) count += entry.path().stem().string().size() <= 3;
+    return count;
+  };
+  Surroundings around;
+  around.interrupt_when = [&] { return results() >= 2; };
+  const Words words = {"batch", "many", "-o", "out", "--samples", "300", "--threads", "1"};
+  const Outcome stopped = run_program(words, folder_.path(), around);
+  EXPECT_EQ(stopped.exit_code, 130) << stopped.err;
+  EXPECT_NE(stopped.err.find("interrupted: "), std::string::npos) << stopped.err;
+  EXPECT_NE(stopped.err.find("of 200 clouds are done"), std::string::npos) << stopped.err;
+  const std::size_t before = results();
+  EXPECT_GE(before, 2u);
+  EXPECT_LT(before, static_cast<std::size_t>(kClouds));
+  // Every result that is there is whole, and is kept.
+  const std::string whole = alone("many/0.pcd");
+  for (const auto& entry : fs::directory_iterator(out)) {
+    if (entry.path().stem().string().size() <= 3) {
+      EXPECT_EQ(folder_.read("out/" + entry.path().filename().string()), whole);
+    }
+  }
+  const auto written = fs::last_write_time(out / "0.json");
+  EXPECT_EQ(run_program(words, folder_.path()).exit_code, 0);
+  EXPECT_EQ(fs::last_write_time(out / "0.json"), written);
+  EXPECT_EQ(results(), static_cast<std::size_t>(kClouds));
+  EXPECT_EQ(folder_.read("out/199.json"), whole);
+}
+
 TEST_F(Batch, OtherOptionsAreNotMixed) {
   EXPECT_EQ(run({"clouds", "-o", "out"}).exit_code, 0);
   expect_line(run({"clouds", "-o", "out", "--seed", "2"}), 2, "other options");

@@ -128,8 +128,9 @@ void expect_path(const Json& path, const Json& times, std::size_t joints) {
 }
 
 void expect_grasp(const Json& grasp, std::size_t joints) {
-  EXPECT_EQ(keys(grasp), (Words{"handle", "arm", "frame", "pregrasp", "grasp", "lift", "opening", "width", "approach",
-                                "angle", "flipped", "pregrasp_index", "path", "times", "lift_path", "lift_times"}));
+  EXPECT_EQ(keys(grasp),
+            (Words{"handle", "arm", "frame", "pregrasp", "grasp", "lift", "opening", "width", "approach", "angle",
+                   "tilt", "flipped", "pregrasp_index", "path", "times", "lift_path", "lift_times"}));
   for (const char* pose : {"pregrasp", "grasp", "lift"}) expect_rigid(grasp[pose]);
   for (int k = 0; k < 3; ++k) {
     EXPECT_NEAR(grasp["approach"][k].get<double>(), grasp["grasp"][k][2].get<double>(), 1e-12) << "the hand's z";
@@ -199,7 +200,7 @@ TEST_F(PlanCommand, AllListsEveryCandidate) {
   EXPECT_GE(all["candidates"].size(), 2u * 12);
   std::size_t good = 0;
   for (const Json& candidate : all["candidates"]) {
-    EXPECT_EQ(keys(candidate), (Words{"handle", "place", "angle", "flipped", "reason", "what"}));
+    EXPECT_EQ(keys(candidate), (Words{"handle", "place", "angle", "tilt", "flipped", "reason", "what"}));
     good += candidate["reason"].is_null();
   }
   EXPECT_GT(good, 0u);

@@ -61,8 +61,14 @@ Outcome run_program(const std::vector<std::string>& arguments, const std::filesy
   Outcome result;
   std::array<pollfd, 2> ends = {pollfd{out[0], POLLIN, 0}, pollfd{err[0], POLLIN, 0}};
   std::array<std::string*, 2> texts = {&result.out, &result.err};
+  bool interrupted = false;
   while (ends[0].fd >= 0 || ends[1].fd >= 0) {
-    ::poll(ends.data(), ends.size(), -1);
+    if (ends[0].fd >= 0 && !interrupted && around.interrupt_when && around.interrupt_when()) {
+      ::kill(child, SIGINT);
+      interrupted = true;
+    }
+    const bool is_watched = around.interrupt_when && !interrupted;
+    if (::poll(ends.data(), ends.size(), is_watched ? 2 : -1) <= 0) continue;
     for (std::size_t i = 0; i < ends.size(); ++i) {
       if (ends[i].fd < 0 || ends[i].revents == 0) continue;
       char bytes[4096];

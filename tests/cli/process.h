@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -17,11 +18,13 @@ struct Outcome {
 struct Surroundings {
   std::vector<std::pair<std::string, std::string>> environment;  ///< set on top of this process's
   std::string standard_output;                                   ///< file to write to instead of Outcome::out
-  long max_file_bytes = 0;  ///< a write beyond this fails as on a full disk; 0: no limit
+  long max_file_bytes = 0;               ///< a write beyond this fails as on a full disk; 0: no limit
+  std::function<bool()> interrupt_when;  ///< asked every 2 ms; when it says yes the program gets SIGINT, once
 };
 
 /// Runs `handhold` with the arguments, in the folder `where`.
-Outcome run_program(const std::vector<std::string>& arguments, const std::filesystem::path& where, const Surroundings& around = {});
+Outcome run_program(const std::vector<std::string>& arguments, const std::filesystem::path& where,
+                    const Surroundings& around = {});
 
 /// An empty folder that disappears with the object.
 class Folder {

@@ -19,14 +19,23 @@ Json matrix(const plan::Pose& T) {
 }
 
 Json grasp_json(const plan::Arm& arm, const std::string& name, const plan::Grasp& grasp) {
-  return {{"handle", grasp.handle},       {"arm", name},
-          {"frame", arm.tip()},           {"pregrasp", matrix(grasp.pregrasp)},
-          {"grasp", matrix(grasp.grasp)}, {"lift", matrix(grasp.lifted)},
-          {"opening", grasp.opening},     {"width", grasp.width},
-          {"approach", grasp.approach},   {"angle", grasp.angle},
-          {"flipped", grasp.flipped},     {"pregrasp_index", grasp.pregrasp_index},
-          {"path", grasp.path},           {"times", grasp.times},
-          {"lift_path", grasp.lift_path}, {"lift_times", grasp.lift_times}};
+  return {{"handle", grasp.handle},
+          {"arm", name},
+          {"frame", arm.tip()},
+          {"pregrasp", matrix(grasp.pregrasp)},
+          {"grasp", matrix(grasp.grasp)},
+          {"lift", matrix(grasp.lifted)},
+          {"opening", grasp.opening},
+          {"width", grasp.width},
+          {"approach", grasp.approach},
+          {"angle", grasp.angle},
+          {"tilt", grasp.tilt},
+          {"flipped", grasp.flipped},
+          {"pregrasp_index", grasp.pregrasp_index},
+          {"path", grasp.path},
+          {"times", grasp.times},
+          {"lift_path", grasp.lift_path},
+          {"lift_times", grasp.lift_times}};
 }
 
 Json rejection_json(const plan::Rejection& rejection) {
