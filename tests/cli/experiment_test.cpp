@@ -249,7 +249,7 @@ TEST_F(Experiment, WrongUse) {
   expect_refusal({}, 2, {"no experiment given", "fig9"});
   expect_refusal({"fig99"}, 2, {"unknown subcommand 'fig99'", "fig9"});
   expect_refusal({"fig9", "more"}, 2, {"'more'", "handhold experiment fig9 --help"});
-  for (const char* name : {"fig8", "fig9", "axis", "density", "tracking", "table1", "table2"}) {
+  for (const char* name : {"fig8", "fig9", "axis", "density", "tracking"}) {
     expect_refusal({name, "--run", "2"}, 2, {"unknown option '--run'", "did you mean '--runs'"});
     expect_refusal({name, "--runs", "0"}, 2, {"--runs = '0'", "1 to"});
     expect_refusal({name, "--seed", "-1"}, 2, {"--seed", "whole number"});

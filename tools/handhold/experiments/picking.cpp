@@ -23,7 +23,7 @@ constexpr double kClosing = 0.8;       // s; the fingers need for their stroke, 
 constexpr double kCarrySpeed = 0.2;    // share of the joints' limits, with something in the hand
 constexpr int kShakes = 6;
 constexpr double kShake = 0.7, kShakeSpeed = 0.6;  // rad; share of the wrist's limit
-constexpr double kAboveBox = 0.3;                  // m; of the hand over the rim: what it holds hangs from it
+constexpr double kAboveBox = 0.06;                 // m; over the rim, of the hand and of what hangs from it
 constexpr double kTableHeight = 0.04;              // m; thickness of the board
 
 double distance(const Vector3& a, const Vector3& b) {
@@ -104,6 +104,7 @@ Workplace workplace(const plan::ElectricGripper& gripper) {
   place.world.table.size = {0.7, 1.2, kTableHeight};
   place.world.table.T_world_table = sensor::translation(0.85, 0, -0.15 - kTableHeight / 2);
   place.world.bin.inner = {0.6, 0.6, 0.3};
+  place.world.bin.wall = 0.03;
   place.world.bin.T_world_bin = sensor::translation(0.35, -0.97, -0.45);
   // Scenes are seen from their -y; the robot looks along +x. The table's top is z = -0.15.
   place.T_base_scene = sensor::translation(0.72, -0.1, -0.15) * sensor::rotation({0, 0, 1}, -kPi / 2);
