@@ -23,7 +23,7 @@ constexpr double kClosing = 0.8;       // s; the fingers need for their stroke, 
 constexpr double kCarrySpeed = 0.2;    // share of the joints' limits, with something in the hand
 constexpr int kShakes = 6;
 constexpr double kShake = 0.7, kShakeSpeed = 0.6;  // rad; share of the wrist's limit
-constexpr double kAboveBox = 0.06;                 // m; over the rim, of the hand and of what hangs from it
+constexpr double kAboveBox = 0.25;                 // m; over the rim, of the hand and of what hangs from it
 constexpr double kTableHeight = 0.04;              // m; thickness of the board
 
 double distance(const Vector3& a, const Vector3& b) {
