@@ -95,8 +95,8 @@ class HeldObjectTest : public ::testing::Test {
 TEST_F(HeldObjectTest, IsWhatHangsTogetherWithTheHandle) {
   const Cloud cloud = shaft_on_block({0.56, 0.09, 0}, {0.66, 0.19, 0.3});
   const HeldObject object(cloud.view(), {}, handle_, 0, tip_);
-  // Down to where the table's points begin, 10 mm above it, less a cell.
-  EXPECT_NEAR(object.below(tip_), 0.14, 0.013);
+  // To the lower edge of the block, and 60 mm of what may be behind it.
+  EXPECT_NEAR(object.reach(), std::hypot(0.11, 0.05, 0.13), 0.013);
   EXPECT_TRUE(is_near(object, tip_, {0.61, 0, 0.1}, 0));           // in the shaft
   EXPECT_TRUE(is_near(object, tip_, {0.57, 0.04, 0.04}, 0));       // in the block
   EXPECT_FALSE(is_near(object, tip_, {0.6, 0.14, 0.25}, 0.005));   // in the other thing
@@ -111,10 +111,9 @@ TEST_F(HeldObjectTest, IsWhatHangsTogetherWithTheHandle) {
   EXPECT_TRUE(is_near(object, sensor::translation(0, 0, 1) * tip_, {0.61, 0, 1.1}, 0));
   EXPECT_FALSE(is_near(object, sensor::translation(0, 0, 1) * tip_, {0.61, 0, 0.1}, 0.005));
   const plan::Pose upside_down = tip_ * sensor::rotation({1, 0, 0}, 3.141592653589793);
-  EXPECT_NEAR(object.below(upside_down), 0.05, 0.013);
   EXPECT_TRUE(is_near(object, upside_down, {0.57, 0.04, 0.26}, 0));
 
-  EXPECT_EQ(HeldObject().below(tip_), 0);
+  EXPECT_EQ(HeldObject().reach(), 0);
   EXPECT_FALSE(is_near(HeldObject(), tip_, {0.61, 0, 0.1}, 1));
 }
 

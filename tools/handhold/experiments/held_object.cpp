@@ -119,10 +119,10 @@ void HeldObject::leave_rest(const CloudView& cloud, const plan::Pose& T_base_clo
   }
 }
 
-double HeldObject::below(const plan::Pose& T_base_tip) const {
-  double lowest = 0;
-  for (const Vector3& p : points_) lowest = std::min(lowest, T_base_tip.direction(p)[2]);
-  return -lowest;
+double HeldObject::reach() const {
+  double farthest = 0;
+  for (const Vector3& p : points_) farthest = std::max(farthest, distance(p, {0, 0, 0}));
+  return farthest;
 }
 
 bool HeldObject::near(const plan::Pose& T_base_tip, const plan::Body& body, double margin) const {

@@ -19,8 +19,8 @@ class HeldObject {
   HeldObject(const CloudView& cloud, const plan::Pose& T_base_cloud, const Handle& handle, double table_top,
              const plan::Pose& T_base_tip);
 
-  /// m; how far it reaches below the tip's frame when the hand is turned so; at least 0
-  double below(const plan::Pose& T_base_tip) const;
+  /// m; from the tip's frame to its farthest point: as low as it can hang
+  double reach() const;
   /// Whether a point comes nearer than `margin` (m) to a body.
   bool near(const plan::Pose& T_base_tip, const plan::Body& body, double margin) const;
   /// The cloud without the object's points: what is left when it is taken away.

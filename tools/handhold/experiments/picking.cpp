@@ -23,7 +23,8 @@ constexpr double kClosing = 0.8;       // s; the fingers need for their stroke, 
 constexpr double kCarrySpeed = 0.2;    // share of the joints' limits, with something in the hand
 constexpr int kShakes = 6;
 constexpr double kShake = 0.7, kShakeSpeed = 0.6;  // rad; share of the wrist's limit
-constexpr double kAboveBox = 0.25;                 // m; over the rim, of the hand and of what hangs from it
+constexpr double kAboveBox = 0.06;                 // m; over the rim, of what hangs from the hand
+constexpr double kHangs = 0.25;                    // m; so far it may hang at least: not all of it was seen
 constexpr double kTableHeight = 0.04;              // m; thickness of the board
 
 double distance(const Vector3& a, const Vector3& b) {
@@ -276,7 +277,7 @@ std::optional<plan::JointVector> Picker::nearest_over_box(const std::vector<plan
   const Vector3& floor = bin.T_world_bin.t;
   std::vector<std::pair<double, plan::JointVector>> solutions;
   for (plan::Pose pose : orientations) {
-    pose.t = {floor[0], floor[1], floor[2] + bin.inner[2] + kAboveBox + held_object_.below(pose)};
+    pose.t = {floor[0], floor[1], floor[2] + bin.inner[2] + kAboveBox + std::max(kHangs, held_object_.reach())};
     plan::IkOptions ik;
     ik.reference = from;
     ik.restarts = 6;
