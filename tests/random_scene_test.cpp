@@ -318,6 +318,40 @@ TEST(CapturedTruth, AFrameOfAnotherSizeIsRefused) {
   EXPECT_THROW(captured_truth(scene, table_scene_camera(), CameraOptions{}, frame), std::invalid_argument);
 }
 
+TEST(ClearTable, FiveDifferentThingsApart) {
+  const std::vector<std::string> families = {"plunger", "pot",        "sponge",  "brush_1",
+                                             "sprayer", "all_bottle", "dust_pan"};
+  const std::vector<SceneFile> scenes = clear_table_scenes(families, 5, 4);
+  ASSERT_EQ(scenes.size(), 4u);
+  for (const SceneFile& file : scenes) {
+    std::set<std::string> names;
+    std::vector<Resting> things;
+    for (const SceneObject& object : file.objects) {
+      if (object.family == "board") continue;
+      EXPECT_EQ(std::count(families.begin(), families.end(), object.family), 1) << object.family;
+      names.insert(object.family);
+      things.push_back(at_rest(object.name, object.family, object.sizes, object.T_world_object));
+      // It was at rest already; only its place has to be put back.
+      const Vector3& t = object.T_world_object.t;
+      const Vector3& rest = things.back().object.T_world_object.t;
+      things.back() = moved(things.back(), t[0] - rest[0], t[1] - rest[1], 0, 0);
+    }
+    EXPECT_EQ(names.size(), 5u);
+    for (std::size_t i = 0; i < things.size(); ++i) {
+      for (std::size_t j = 0; j < i; ++j) {
+        EXPECT_TRUE(apart(things[i].footprint, things[j].footprint, 0.029)) << file.name << " " << i << " " << j;
+      }
+    }
+  }
+  EXPECT_EQ(to_toml(scenes[2]), to_toml(clear_table_scenes(families, 5, 4)[2]));
+  EXPECT_NE(to_toml(scenes[0]), to_toml(clear_table_scenes(families, 6, 1)[0]));
+  EXPECT_TRUE(clear_table_scenes(families, 5, 0).empty());
+  EXPECT_THROW(clear_table_scenes(families, 5, -1), std::invalid_argument);
+  EXPECT_THROW(clear_table_scenes({"plunger", "pot", "sponge", "brush_1"}, 1, 1), std::invalid_argument);
+  EXPECT_THROW(clear_table_scenes({"plunger", "pot", "sponge", "brush_1", "pot"}, 1, 1), std::invalid_argument);
+  EXPECT_THROW(clear_table_scenes({"plunger", "pot", "sponge", "brush_1", "mugg"}, 1, 1), std::invalid_argument);
+}
+
 // ---- Placement ------------------------------------------------------------------------------------------------------
 
 TEST(Placement, ApartAndWithin) {

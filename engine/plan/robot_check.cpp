@@ -11,8 +11,8 @@
 namespace handhold::plan {
 namespace {
 
-/// Between two samples at most half of this (m) of a clearance is given up.
 constexpr double kNearby = 1e-4;  // m; beyond what is within a clearance, rounding included
+/// Between two samples at most half of this (m) of a clearance is given up.
 constexpr double kShortest = 0.002;
 /// Nearer (m) is touching: bodies that overlap are 0 apart, so that a clearance of 0 alone would let them.
 constexpr double kTouch = 1e-6;

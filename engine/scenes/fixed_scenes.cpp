@@ -73,14 +73,23 @@ bool put(SceneFile& file, const std::string& family, std::vector<Resting>& other
 }  // namespace
 
 std::vector<SceneFile> clear_table_scenes(const std::vector<std::string>& families, std::uint64_t seed, int count) {
-  constexpr std::size_t kThings = 5;
+  constexpr std::size_t kThings = 5, kMostTries = 1000;
   if (families.size() < kThings) {
     throw std::invalid_argument("clear_table_scenes: " + std::to_string(families.size()) +
                                 " families; at least five are needed");
   }
-  for (const std::string& name : families) family(name);
+  for (std::size_t i = 0; i < families.size(); ++i) {
+    family(families[i]);
+    if (std::count(families.begin(), families.end(), families[i]) > 1) {
+      throw std::invalid_argument("clear_table_scenes: '" + families[i] + "' is named twice");
+    }
+  }
+  if (count < 0) throw std::invalid_argument("clear_table_scenes: a count of " + std::to_string(count) + " scenes");
   std::vector<SceneFile> scenes;
   for (std::uint32_t series = 1; scenes.size() < static_cast<std::size_t>(count); ++series) {
+    if (series > kMostTries * (scenes.size() + 1)) {
+      throw std::invalid_argument("clear_table_scenes: no five of the families find room on the table");
+    }
     Draw draw(seed, series);
     SceneFile file = scene_of("clear_" + std::to_string(scenes.size() + 1), {}, {0, -0.62, 0.60}, {0, 0, 0.05},
                               seed + scenes.size());

@@ -144,7 +144,8 @@ class GraspPlanner {
   const Obstacles& obstacles() const;
 
   /// Grasps for handles in a camera's frame. Candidates are looked at one by one, cheap tests first, until there are
-  /// as many grasps as wanted. The same arguments and obstacles give the same plan.
+  /// as many grasps as wanted; with PlannerOptions::all every one, in parallel in the caller's TBB arena. The same
+  /// arguments and obstacles give the same plan.
   /// @throws std::invalid_argument for a pose that is none, or a handle that cannot be one, by its index: with an axis
   ///         or approach that is no direction, or numbers that are not finite
   Plan plan(const std::vector<Handle>& handles, const Pose& T_base_camera) const;

@@ -50,7 +50,8 @@ std::vector<SceneFile> single_object_scenes();
 
 /// Clear-the-table scenes (paper, Table 2): five objects of these families, each at most once, drawn and placed at
 /// random, at least 30 mm apart, with what one holds them by on the camera's side. The same arguments give the same
-/// scenes. @throws std::invalid_argument for fewer than five families, or an unknown one
+/// scenes. @throws std::invalid_argument for fewer than five families, one named twice or
+/// unknown, a negative count, or families of which no five find room
 std::vector<SceneFile> clear_table_scenes(const std::vector<std::string>& families, std::uint64_t seed, int count);
 
 }  // namespace handhold::sensor

@@ -223,6 +223,7 @@ std::size_t Picker::nearest_to(const Vector3& p) const {
 }
 
 void Picker::go(const plan::JointVector& to, double opening) {
+  if (to == at_) return;
   const std::vector<plan::JointVector> path = planner_.straight(at_, to);
   world_.follow(path, planner_.times(path, kCarrySpeed), opening);
   at_ = to;
@@ -337,6 +338,7 @@ void Picker::shake_off(std::size_t thing) {
   for (int i = 0; i < kShakes && touches_hand(thing); ++i) {
     plan::JointVector turned = q;
     turned.back() = std::clamp(q.back() + (i % 2 ? -kShake : kShake), wrist.lower, wrist.upper);
+    if (turned == at_) continue;
     const std::vector<plan::JointVector> path = planner_.straight(at_, turned);
     world_.follow(path, planner_.times(path, kShakeSpeed), world_.arm().hand().opening_max);
     at_ = turned;

@@ -20,10 +20,10 @@ namespace handhold::experiments {
 enum class Ending {
   kGrasped,       ///< the object is in the box
   kNotLocalized,  ///< no handle was found
-  kNoPlan,        ///< no handle had a grasp that the arm could carry out
+  kNoPlan,        ///< no handle had a grasp that the arm could carry out, or there was no way to the box
   kMissed,        ///< the fingers closed on nothing
   kSlipped,       ///< it was between the fingers, and lost on the way
-  kBesideBox,     ///< it was carried, but fell beside the box
+  kBesideBox,     ///< it was carried, but does not lie in the box
 };
 /// "grasped", "not localized", "no plan", "missed", "slipped", "beside the box"
 const char* to_string(Ending ending);
@@ -55,7 +55,7 @@ struct Workplace {
 Workplace workplace(const plan::ElectricGripper& gripper);
 
 /// The gripper that can hold the main parts of as many of these families as possible, of those with standard narrow
-/// fingers.
+/// fingers and hard or half round tips.
 plan::ElectricGripper gripper_for(const std::vector<std::string>& families);
 
 /// Whether a gripper can hold a part of this diameter (m), with `clearance` (m) on each side when it comes.
@@ -75,7 +75,7 @@ class Picker {
   /// One attempt: look, localize, plan, grasp, carry, let go, go back. @param seed  of the camera's noise and the
   /// search
   Attempt attempt(std::uint64_t seed);
-  /// Things that are neither in the box nor off the table.
+  /// Things that are not in the box and not below the table's top.
   std::vector<std::size_t> left() const;
 
   const physics::World& world() const { return world_; }
@@ -86,7 +86,6 @@ class Picker {
   std::pair<Ending, std::string> act(std::optional<std::size_t>& thing);
   void retreat(const plan::Grasp& grasp);
   std::pair<Ending, std::string> deliver(std::size_t thing, const plan::Grasp& grasp);
-  bool carry(const plan::Grasp& grasp);
   void go(const plan::JointVector& to, double opening);
   void shake_off(std::size_t thing);
   bool touches_hand(std::size_t thing) const;

@@ -59,12 +59,13 @@ std::string attempts_csv(const std::vector<AttemptRecord>& records) {
 }
 
 std::string failures_text(const std::vector<AttemptRecord>& records) {
-  static constexpr const char* kMeaning[kEndings] = {"",
-                                                     "no handle was found in the cloud",
-                                                     "no handle had a grasp that the arm could carry out",
-                                                     "the fingers closed beside the part",
-                                                     "it was between the fingers, and got lost on the way to the box",
-                                                     "it was carried, and fell beside the box"};
+  static constexpr const char* kMeaning[kEndings] = {
+      "",
+      "no handle was found in the cloud",
+      "no handle had a grasp that the arm could carry out, or there was no way to the box",
+      "the fingers closed beside the part",
+      "it was between the fingers, and got lost on the way to the box",
+      "it was carried, but does not lie in the box"};
   std::string text;
   for (int ending = 1; ending < kEndings; ++ending) {
     std::map<std::string, int> objects;

@@ -56,8 +56,10 @@ int run(const Arguments& a) {
     plan::CloudObstacleOptions seen;
     const std::vector<plan::Pose> links = chosen.arm.link_poses(planner.options().start);
     for (const plan::Shape& shape : chosen.arm.shapes()) seen.own.push_back(plan::placed(shape, links[shape.link]));
-    planner.obstacles().set_cloud(cloud.view(), T_base_camera, seen);
-    plan = planner.plan(result.handles, T_base_camera);
+    with_threads(options.threads, [&] {
+      planner.obstacles().set_cloud(cloud.view(), T_base_camera, seen);
+      plan = planner.plan(result.handles, T_base_camera);
+    });
   }
 
   const std::string table = planning::plan_table(chosen.arm, plan);

@@ -134,9 +134,8 @@ std::string plan_table(const plan::Arm& arm, const plan::Plan& plan) {
     text += line;
   }
   for (const plan::Rejection& rejection : plan.rejected) {
-    std::snprintf(line, sizeof line, "%7zu rejected: %s\n", rejection.handle + 1,
-                  with_what(rejection.reason, rejection.what).c_str());
-    text += line;
+    std::snprintf(line, sizeof line, "%7zu rejected: ", rejection.handle + 1);
+    text += line + with_what(rejection.reason, rejection.what) + "\n";
   }
   return text.empty() ? "no handles to grasp\n" : text;
 }
