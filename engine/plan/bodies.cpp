@@ -166,6 +166,14 @@ Body placed(const Shape& shape, const Pose& T_base_link) {
   return {shape.kind, shape.radius, shape.length, shape.size, T_base_link * shape.T_link_shape};
 }
 
+std::vector<Body> bodies_of(const Arm& arm, const JointVector& q) {
+  const std::vector<Pose> links = arm.link_poses(q);
+  std::vector<Body> bodies;
+  bodies.reserve(arm.shapes().size());
+  for (const Shape& shape : arm.shapes()) bodies.push_back(placed(shape, links[shape.link]));
+  return bodies;
+}
+
 double distance(const Body& body, const Vector3& point) {
   return distance(core_of(body), point);
 }

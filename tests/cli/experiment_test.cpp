@@ -9,61 +9,12 @@
 #include <string>
 #include <vector>
 
+#include "experiment_fixture.h"
 #include "process.h"
 #include "sample_files.h"
 
 namespace handhold::test {
 namespace {
-
-using Json = nlohmann::json;
-using Words = std::vector<std::string>;
-
-class Experiment : public ::testing::Test {
- protected:
-  Outcome experiment(Words words) const {
-    words.insert(words.begin(), "experiment");
-    return run_program(words, folder_.path());
-  }
-  /// Standard output of a run that must succeed without a word on standard error.
-  std::string output(const Words& words) const {
-    const Outcome done = experiment(words);
-    EXPECT_EQ(done.exit_code, 0) << done.err;
-    EXPECT_EQ(done.err, "");
-    return done.out;
-  }
-  Json json(const std::string& name) const { return Json::parse(folder_.read(name)); }
-  void expect_png(const std::string& name) const {
-    EXPECT_EQ(folder_.read(name).rfind("\x89PNG\r\n\x1a\n", 0), 0u) << name;
-  }
-  /// Lines of a CSV, which must all have as many cells as its header.
-  std::vector<std::string> lines(const std::string& name) const {
-    std::istringstream text(folder_.read(name));
-    std::vector<std::string> all;
-    for (std::string line; std::getline(text, line);) {
-      if (!all.empty()) {
-        EXPECT_EQ(std::count(line.begin(), line.end(), ','), std::count(all[0].begin(), all[0].end(), ',')) << line;
-      }
-      all.push_back(line);
-    }
-    return all;
-  }
-  /// One line of error with all of `parts` in it, and nothing written.
-  void expect_refusal(const Words& words, int exit_code, const Words& parts) const {
-    std::string command;
-    for (const std::string& word : words) command += word + " ";
-    SCOPED_TRACE(command);
-    const Words before = folder_.entries();
-    const Outcome done = experiment(words);
-    EXPECT_EQ(done.exit_code, exit_code) << done.err;
-    EXPECT_EQ(done.out, "");
-    EXPECT_EQ(done.err.rfind("handhold: error: ", 0), 0u) << done.err;
-    EXPECT_EQ(done.err.find('\n'), done.err.size() - 1) << done.err;
-    for (const std::string& part : parts) EXPECT_NE(done.err.find(part), std::string::npos) << part << done.err;
-    EXPECT_EQ(folder_.entries(), before);
-  }
-
-  Folder folder_;
-};
 
 TEST_F(Experiment, Help) {
   const std::string help = output({"--help"});

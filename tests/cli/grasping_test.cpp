@@ -1,51 +1,21 @@
 // handhold experiment table1 and table2: small parts of them.
 #include <gtest/gtest.h>
 
-#include <algorithm>
-#include <nlohmann/json.hpp>
-#include <sstream>
 #include <string>
 #include <vector>
 
-#include "process.h"
-#include "sample_files.h"
+#include "experiment_fixture.h"
 
 namespace handhold::test {
 namespace {
 
-using Json = nlohmann::json;
-using Words = std::vector<std::string>;
-
-class Grasping : public ::testing::Test {
+class Grasping : public Experiment {
  protected:
   void SetUp() override {
 #ifndef HANDHOLD_WITH_PHYSICS
     GTEST_SKIP() << "built without MuJoCo, KDL or urdfdom";
 #endif
   }
-  Outcome experiment(Words words) const {
-    words.insert(words.begin(), "experiment");
-    return run_program(words, folder_.path());
-  }
-  void expect_refusal(const Words& words, int exit_code, const Words& parts) const {
-    const Outcome done = experiment(words);
-    EXPECT_EQ(done.exit_code, exit_code) << done.err;
-    EXPECT_EQ(done.out, "");
-    EXPECT_EQ(done.err.find('\n'), done.err.size() - 1) << done.err;
-    for (const std::string& part : parts) EXPECT_NE(done.err.find(part), std::string::npos) << part << done.err;
-  }
-  std::vector<std::string> lines(const std::string& name) const {
-    std::istringstream text(folder_.read(name));
-    std::vector<std::string> all;
-    for (std::string line; std::getline(text, line);) {
-      if (!all.empty()) {
-        EXPECT_EQ(std::count(line.begin(), line.end(), ','), std::count(all[0].begin(), all[0].end(), ',')) << line;
-      }
-      all.push_back(line);
-    }
-    return all;
-  }
-  Folder folder_;
 };
 
 TEST_F(Grasping, Table1OfOneObjectIsTheSameForAnyNumberOfThreads) {
@@ -96,6 +66,11 @@ TEST_F(Grasping, WrongUse) {
   expect_refusal({"table1", "--places", "0"}, 2, {"--places = '0'", "1 to 3"});
   expect_refusal({"table2", "--runs", "0"}, 2, {"--runs = '0'"});
   expect_refusal({"table2", "--csv", "no/such/folder.csv"}, 1, {"'no/such/folder.csv'"});
+  for (const char* name : {"table1", "table2"}) {
+    expect_refusal({name, "--run", "2"}, 2, {"unknown option '--run'", "did you mean '--runs'"});
+    expect_refusal({name, "--seed", "-1"}, 2, {"--seed", "whole number"});
+    expect_refusal({name, "--threads", "many"}, 2, {"--threads = 'many'"});
+  }
   expect_refusal({"table2", "more"}, 2, {"'more'"});
 }
 

@@ -10,6 +10,7 @@
 #include "handhold/io.h"
 #include "handhold/random_scene.h"
 #include "process.h"
+#include "refusal.h"
 
 namespace handhold::test {
 namespace {
@@ -56,17 +57,8 @@ class Simulate : public ::testing::Test {
   }
   /// One line of error with all of `parts` in it, and nothing written.
   void expect_refusal(const Words& words, int exit_code, const Words& parts) {
-    std::string command;
-    for (const std::string& word : words) command += word + " ";
-    SCOPED_TRACE(command);
-    const Words before = folder_.entries();
-    const Outcome done = simulate(words);
-    EXPECT_EQ(done.exit_code, exit_code) << done.err;
-    EXPECT_EQ(done.out, "");
-    EXPECT_EQ(done.err.rfind("handhold: error: ", 0), 0u) << done.err;
-    EXPECT_EQ(done.err.find('\n'), done.err.size() - 1) << done.err;
-    for (const std::string& part : parts) EXPECT_NE(done.err.find(part), std::string::npos) << done.err;
-    EXPECT_EQ(folder_.entries(), before);
+    expect_one_line_refusal(
+        folder_, [&](const Words& w) { return simulate(w); }, words, exit_code, parts);
   }
 
   Folder folder_;

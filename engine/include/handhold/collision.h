@@ -30,6 +30,8 @@ struct Body {
   Pose T_base_body;
 };
 Body placed(const Shape& shape, const Pose& T_base_link);
+/// All of an arm's shapes in a posture, hand open.
+std::vector<Body> bodies_of(const Arm& arm, const JointVector& q);
 
 /// Distance (m) of a point (base frame) from a body's surface; negative inside.
 double distance(const Body& body, const Vector3& point);

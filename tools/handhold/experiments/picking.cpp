@@ -199,8 +199,7 @@ void Picker::see(std::uint64_t seed) {
   Localizer localizer(options);
   look_.result = localizer.localize(look_.cloud.view());
   plan::CloudObstacleOptions seen;
-  const std::vector<plan::Pose> links = world_.arm().link_poses(at_);
-  for (const plan::Shape& shape : world_.arm().shapes()) seen.own.push_back(plan::placed(shape, links[shape.link]));
+  seen.own = plan::bodies_of(world_.arm(), at_);
   planner_.obstacles().set_cloud(look_.cloud.view(), place_.T_base_camera, seen);
   look_.plan = planner_.plan(look_.result.handles, place_.T_base_camera);
 }

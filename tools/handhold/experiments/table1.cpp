@@ -1,18 +1,14 @@
 // Each of the twelve objects alone, in four orientations at three places, until it is in the box or three attempts have
 // failed (Table 1 of the paper).
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <array>
+#include <iterator>
 #include <memory>
-#include <mutex>
 
 #include "experiments.h"
 #include "handhold/random_scene.h"
 #include "picking_report.h"
-#include "progress.h"
 #include "text.h"
-#include "threads.h"
 
 namespace handhold::experiments {
 namespace {
@@ -131,15 +127,13 @@ struct Row {
   }
 };
 
-std::string cells(const Row& row) {
-  std::string text;
-  for (const int n : row.grasped) text += format("  %8s", format("%d/%d", n, row.trials).c_str());
-  return text;
-}
 std::string cells(const std::array<int, kAttempts>& grasped, int trials) {
   std::string text;
   for (const int n : grasped) text += format("  %8s", format("%d/%d", n, trials).c_str());
   return text;
+}
+std::string cells(const Row& row) {
+  return cells(row.grasped, row.trials);
 }
 
 Report report_of(const std::vector<Trial>& trials) {
@@ -190,20 +184,7 @@ Report report_of(const std::vector<Trial>& trials) {
 int run(const Arguments& a) {
   std::vector<Trial> trials = trials_of(a);
   const Outputs outputs(a.common, "table1");
-  {
-    Progress progress;
-    std::mutex mutex;
-    std::size_t done = 0;
-    with_threads(threads_of(a.common), [&] {
-      tbb::parallel_for(tbb::blocked_range<std::size_t>(0, trials.size(), 1), [&](const auto& range) {
-        for (std::size_t i = range.begin(); i < range.end(); ++i) {
-          carry_out(trials[i], a.common.folder);
-          const std::lock_guard<std::mutex> lock(mutex);
-          progress.show(format("trial %zu of %zu", ++done, trials.size()));
-        }
-      });
-    });
-  }
+  carry_out_all(trials, threads_of(a.common), "trial", [&](Trial& trial) { carry_out(trial, a.common.folder); });
   outputs.write(report_of(trials));
   return 0;
 }

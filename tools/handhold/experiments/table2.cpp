@@ -1,18 +1,12 @@
 // Five objects on a table, grasped one after the other until it is clear (Table 2 of the paper).
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
-#include <iterator>
 #include <memory>
-#include <mutex>
 #include <optional>
 
 #include "experiments.h"
 #include "handhold/random_scene.h"
 #include "picking_report.h"
-#include "progress.h"
 #include "text.h"
-#include "threads.h"
 
 namespace handhold::experiments {
 namespace {
@@ -28,10 +22,6 @@ constexpr int kRuns = 10;
 constexpr int kMostAttempts = 10;
 /// Looks in a row that lead to no attempt, before the robot gives up.
 constexpr int kMostLooks = 3;
-
-constexpr const char* kFamilies[] = {"blue_bottle", "purex_bottle", "all_bottle", "carrying_case",
-                                     "brush_1",     "pot",          "plunger",    "sprayer",
-                                     "dust_pan",    "brush_2",      "sponge",     "lint_roller"};
 
 struct Run {
   sensor::SceneFile scene;
@@ -116,9 +106,10 @@ int run(const CommonArguments& common) {
   const std::uint64_t seed = seed_of(common);
   const int count = runs_of(common, kRuns);
   const Outputs outputs(common, "table2");
+  std::vector<std::string> families;
+  for (const physics::ObjectFacts& object : physics::paper_objects()) families.push_back(object.family);
   std::vector<Run> runs;
-  for (sensor::SceneFile& scene :
-       sensor::clear_table_scenes({std::begin(kFamilies), std::end(kFamilies)}, seed, count)) {
+  for (sensor::SceneFile& scene : sensor::clear_table_scenes(families, seed, count)) {
     Run run;
     for (const sensor::SceneObject& object : scene.objects) {
       if (object.family != "board") run.families.push_back(object.family);
@@ -128,20 +119,7 @@ int run(const CommonArguments& common) {
     run.gripper = gripper_for(run.families);
     runs.push_back(std::move(run));
   }
-  {
-    Progress progress;
-    std::mutex mutex;
-    std::size_t done = 0;
-    with_threads(threads_of(common), [&] {
-      tbb::parallel_for(tbb::blocked_range<std::size_t>(0, runs.size(), 1), [&](const auto& range) {
-        for (std::size_t i = range.begin(); i < range.end(); ++i) {
-          carry_out(runs[i], common.folder);
-          const std::lock_guard<std::mutex> lock(mutex);
-          progress.show(format("run %zu of %zu", ++done, runs.size()));
-        }
-      });
-    });
-  }
+  carry_out_all(runs, threads_of(common), "run", [&](Run& run) { carry_out(run, common.folder); });
   outputs.write(report_of(runs));
   return 0;
 }

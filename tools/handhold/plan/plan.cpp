@@ -54,8 +54,7 @@ int run(const Arguments& a) {
     progress.show("planning");
     // The arm stands where the camera may see it.
     plan::CloudObstacleOptions seen;
-    const std::vector<plan::Pose> links = chosen.arm.link_poses(planner.options().start);
-    for (const plan::Shape& shape : chosen.arm.shapes()) seen.own.push_back(plan::placed(shape, links[shape.link]));
+    seen.own = plan::bodies_of(chosen.arm, planner.options().start);
     with_threads(options.threads, [&] {
       planner.obstacles().set_cloud(cloud.view(), T_base_camera, seen);
       plan = planner.plan(result.handles, T_base_camera);
