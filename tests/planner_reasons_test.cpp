@@ -187,6 +187,22 @@ TEST(Reasons, PathHits) {
   expect_body_rejects(box_body({0.2, 0, 0}, {0.0005, 0.2, 0.1}), Reason::kPathHits, options);
 }
 
+TEST(Reasons, PathClearanceHoldsOnTheWayToThePregraspOnly) {
+  // 30 mm beside the hand's back where it starts, which reaches to y = 0.07 m: no turn on the way avoids it.
+  const Body beside = box_body({0.04, 0.15, 0}, {0.02, 0.1, 0.02});
+  PlannerOptions options = one_approach();
+  options.path_clearance = 0.027;
+  GraspPlanner planner(gantry_arm(), options);
+  planner.obstacles().add("thing", beside);
+  expect_grasp(planner, gantry_handle());
+  options.path_clearance = 0.033;
+  expect_body_rejects(beside, Reason::kPathHits, options);
+  // The same beside the grasp: there only the hand's clearance counts.
+  GraspPlanner at_the_part(gantry_arm(), options);
+  at_the_part.obstacles().add("thing", box_body({0.44, 0.15, 0}, {0.02, 0.1, 0.02}));
+  expect_grasp(at_the_part, gantry_handle());
+}
+
 TEST(Reasons, LiftHits) {
   const Body ceiling = box_body({0.2, 0, 0.4}, {0.2, 0.2, 0.05});  // above the weight
   expect_body_rejects(ceiling, Reason::kLiftHits);
@@ -302,6 +318,7 @@ TEST(PlannerInput, OptionsOutOfRangeAreNamed) {
     EXPECT_MENTIONS(message_with([&](PlannerOptions& o) { o.hand_clearance = bad; }), "hand_clearance");
     EXPECT_MENTIONS(message_with([&](PlannerOptions& o) { o.self_clearance = bad; }), "self_clearance");
     EXPECT_MENTIONS(message_with([&](PlannerOptions& o) { o.arm_clearance = bad; }), "arm_clearance");
+    EXPECT_MENTIONS(message_with([&](PlannerOptions& o) { o.path_clearance = bad; }), "path_clearance");
     EXPECT_MENTIONS(message_with([&](PlannerOptions& o) { o.step = bad; }), "step");
     EXPECT_MENTIONS(message_with([&](PlannerOptions& o) { o.speed = bad; }), "speed");
     EXPECT_MENTIONS(message_with([&](PlannerOptions& o) { o.approach_speed = bad; }), "approach_speed");

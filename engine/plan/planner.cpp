@@ -81,6 +81,7 @@ void PlannerOptions::validate() const {
   require(at_least(hand_clearance, 0), "hand_clearance", "at least 0 m");
   require(at_least(self_clearance, 0), "self_clearance", "at least 0 m");
   require(at_least(arm_clearance, 0), "arm_clearance", "at least 0 m");
+  require(at_least(path_clearance, 0), "path_clearance", "at least 0 m");
   require(at_least(step, 1e-3), "step", "at least 0.001 rad");
   require(speed > 0 && speed <= 1, "speed", "above 0, up to 1");
   require(approach_speed > 0 && approach_speed <= 1, "approach_speed", "above 0, up to 1");
@@ -96,7 +97,7 @@ void PlannerOptions::validate() const {
 struct GraspPlanner::Impl {
   Arm arm;
   PlannerOptions options;
-  RobotCheck check;
+  RobotCheck check, path_check;
   Obstacles obstacles;
 };
 
@@ -105,8 +106,10 @@ namespace {
 /// Looks for grasps of one handle after the other.
 class Search {
  public:
-  Search(const Arm& arm, const PlannerOptions& options, const RobotCheck& check, const Obstacles& obstacles, Plan& plan)
-      : arm_(arm), options_(options), check_(check), obstacles_(obstacles), plan_(plan) {}
+  /// @param path_check  for the way to the pre-grasp
+  Search(const Arm& arm, const PlannerOptions& options, const RobotCheck& check, const RobotCheck& path_check,
+         const Obstacles& obstacles, Plan& plan)
+      : arm_(arm), options_(options), check_(check), path_check_(path_check), obstacles_(obstacles), plan_(plan) {}
 
   /// Whether the handle has a grasp; it or the rejection goes into the plan.
   bool handle(const Handle& handle, std::size_t index) {
@@ -321,7 +324,7 @@ class Search {
       return hit->reason;
     }
     grasp.path = straight_path(options_.start, approach.front(), options_.step);
-    if (const auto hit = check_.path(obstacles_, grasp.path, grasp.opening, true)) {
+    if (const auto hit = path_check_.path(obstacles_, grasp.path, grasp.opening, true)) {
       what = hit->what;
       return Reason::kPathHits;
     }
@@ -361,7 +364,7 @@ class Search {
 
   const Arm& arm_;
   const PlannerOptions& options_;
-  const RobotCheck& check_;
+  const RobotCheck &check_, &path_check_;
   const Obstacles& obstacles_;
   Plan& plan_;
   std::size_t index_ = 0;
@@ -413,7 +416,9 @@ PlannerOptions checked(const Arm& arm, PlannerOptions options) {
 GraspPlanner::GraspPlanner(const Arm& arm, const PlannerOptions& options) {
   PlannerOptions ours = checked(arm, options);
   const Clearances clearances = {ours.hand_clearance, ours.self_clearance, ours.arm_clearance};
-  impl_.reset(new Impl{arm, std::move(ours), RobotCheck(arm, clearances), {}});
+  const Clearances on_path = {std::max(ours.hand_clearance, ours.path_clearance), ours.self_clearance,
+                              std::max(ours.arm_clearance, ours.path_clearance)};
+  impl_.reset(new Impl{arm, std::move(ours), RobotCheck(arm, clearances), RobotCheck(arm, on_path), {}});
 }
 GraspPlanner::~GraspPlanner() = default;
 GraspPlanner::GraspPlanner(GraspPlanner&&) noexcept = default;
@@ -439,7 +444,7 @@ Plan GraspPlanner::plan(const std::vector<Handle>& handles, const Pose& T_base_c
   const PlannerOptions& options = impl_->options;
   const std::size_t wanted = options.max_grasps == 0 ? handles.size() : options.max_grasps;
   Plan plan;
-  Search search(impl_->arm, options, impl_->check, impl_->obstacles, plan);
+  Search search(impl_->arm, options, impl_->check, impl_->path_check, impl_->obstacles, plan);
   for (const std::size_t index : in_order(ours, options, impl_->arm.mount())) {
     if (plan.grasps.size() >= wanted && !options.all) break;
     search.handle(ours[index], index);

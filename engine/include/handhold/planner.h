@@ -56,6 +56,9 @@ struct PlannerOptions {
   double hand_clearance = 0.001;    ///< m, >= 0; of hand and fingers from obstacles
   double self_clearance = 0.01;     ///< m, >= 0; between links of the robot
   double arm_clearance = 0.015;     ///< m, >= 0; of everything else from obstacles
+  /// m, >= 0; of arm and hand on the way from the start to the pre-grasp, where it is more than theirs: what is behind
+  /// something was not seen, and an arm is not quite where it is sent.
+  double path_clearance = 0;
 
   /// rad (m for a prismatic joint), >= 0.001; between two samples of a path no joint moves more
   double step = 0.05;

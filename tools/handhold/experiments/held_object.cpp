@@ -1,10 +1,14 @@
 #include "held_object.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <limits>
 #include <map>
+#include <set>
 
 #include "handhold/collision.h"
+#include "vec3.h"
 
 namespace handhold::experiments {
 namespace {
@@ -13,7 +17,6 @@ constexpr double kCell = 0.012;     // m; points in neighbouring cells hang toge
 constexpr double kAbove = 0.01;     // m; lower, points are the table's
 constexpr double kBeside = 0.01;    // m; points so far from a handle's surface are its own
 constexpr double kThick = 0.06;     // m; so far behind a surface there may be more of it
-constexpr int kFewest = 4;          // points of a cell that is not a speck
 constexpr double kFarthest = 0.45;  // m; from the handle: what is farther is another thing
 
 using Cell = std::array<int, 3>;
@@ -23,17 +26,12 @@ Cell cell_of(const Vector3& p) {
   for (std::size_t k = 0; k < 3; ++k) cell[k] = static_cast<int>(std::floor(p[k] / kCell));
   return cell;
 }
-double distance(const Vector3& a, const Vector3& b) {
-  return std::hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]);
-}
 
 /// From the segment of the handle's axis.
 double from_axis(const Handle& handle, const Vector3& center, const Vector3& axis, const Vector3& p) {
-  Vector3 d{};
-  double along = 0;
-  for (std::size_t k = 0; k < 3; ++k) d[k] = p[k] - center[k], along += d[k] * axis[k];
-  along = std::clamp(along, -handle.length / 2, handle.length / 2);
-  return std::hypot(d[0] - along * axis[0], d[1] - along * axis[1], d[2] - along * axis[2]);
+  const Vector3 d = p - center;
+  const double along = std::clamp(dot(d, axis), -handle.length / 2, handle.length / 2);
+  return norm(d - along * axis);
 }
 
 /// One of the 27 cells about a cell, itself included.
@@ -56,6 +54,23 @@ std::set<Cell> grown(const std::set<Cell>& front, const std::map<Cell, Vector3>&
   return taken;
 }
 
+plan::Body ball(const Vector3& middle, double radius) {
+  plan::Body body;
+  body.kind = plan::Shape::Kind::kSphere;
+  body.radius = radius;
+  body.T_base_body.t = middle;
+  return body;
+}
+
+/// m; from a ball to the nearest of some bodies
+double nearest(const std::vector<plan::Body>& bodies, const plan::Body& of) {
+  double least = std::numeric_limits<double>::infinity();
+  for (const plan::Body& body : bodies) {
+    least = std::min(least, plan::distance(body, of.T_base_body.t) - of.radius);
+  }
+  return least;
+}
+
 }  // namespace
 
 HeldObject::HeldObject(const CloudView& cloud, const plan::Pose& T_base_cloud, const Handle& handle, double table_top,
@@ -65,15 +80,12 @@ HeldObject::HeldObject(const CloudView& cloud, const plan::Pose& T_base_cloud, c
     return from_axis(handle, center, axis, p) < handle.radius + kBeside;
   };
   std::map<Cell, Vector3> cells;  // that may be the object's; one point each is enough
-  std::map<Cell, int> counts;
   std::set<Cell> front;
   for (std::size_t i = 0; i < cloud.size(); ++i) {
     const float* xyz = cloud.point(i);
     const Vector3 p = T_base_cloud.point({xyz[0], xyz[1], xyz[2]});
-    if (!std::isfinite(p[0] + p[1] + p[2]) || p[2] < table_top + kAbove) continue;
+    if (!std::isfinite(p[0] + p[1] + p[2]) || p[2] < table_top + kAbove || norm(p - center) > kFarthest) continue;
     const Cell cell = cell_of(p);
-    ++counts[cell];
-    if (distance(p, center) > kFarthest) continue;
     if (cells.emplace(cell, p).second && is_of_handle(p)) front.insert(cell);
   }
   const std::set<Cell> taken = grown(front, cells);
@@ -81,33 +93,20 @@ HeldObject::HeldObject(const CloudView& cloud, const plan::Pose& T_base_cloud, c
   const plan::Pose T_tip_base = T_base_tip.inverse();
   for (const Cell& cell : taken) {
     const Vector3& seen = cells.at(cell);
-    points_.push_back(T_tip_base.point(seen));
+    points_.push_back({T_tip_base.point(seen)});
     // Of the handle it is known how thick it is.
-    const double thick = is_of_handle(seen) ? 2 * handle.radius : kThick, far = distance(seen, T_base_cloud.t);
+    const double thick = is_of_handle(seen) ? 2 * handle.radius : kThick;
+    const Vector3 away = normalized(seen - T_base_cloud.t);
     for (const double behind : {thick / 2, thick}) {
-      Vector3 hidden = seen;
-      for (std::size_t k = 0; k < 3; ++k) hidden[k] += behind * (seen[k] - T_base_cloud.t[k]) / far;
-      if (hidden[2] > table_top + kAbove) points_.push_back(T_tip_base.point(hidden));
+      const Vector3 hidden = seen + behind * away;
+      if (hidden[2] > table_top + kAbove) points_.push_back({T_tip_base.point(hidden), true});
     }
   }
-  for (const auto& [cell, count] : counts) {
-    if (count >= kFewest && !taken.count(cell)) others_.insert(cell);
-  }
   bound();
-  leave_rest(cloud, T_base_cloud, table_top, taken);
-}
-
-/// A ball about the points.
-void HeldObject::bound() {
-  if (points_.empty()) return;
-  for (const Vector3& p : points_) {
-    for (std::size_t k = 0; k < 3; ++k) middle_[k] += p[k] / static_cast<double>(points_.size());
+  for (const Point& point : points_) {
+    if (!point.is_guess) seen_middle_ = seen_middle_ + (1.0 / static_cast<double>(taken.size())) * point.p;
   }
-  for (const Vector3& p : points_) radius_ = std::max(radius_, distance(p, middle_));
-}
 
-void HeldObject::leave_rest(const CloudView& cloud, const plan::Pose& T_base_cloud, double table_top,
-                            const std::set<Cell>& taken) {
   rest_.width = cloud.width;
   rest_.height = cloud.height;
   rest_.xyz.reserve(3 * cloud.size());
@@ -119,34 +118,57 @@ void HeldObject::leave_rest(const CloudView& cloud, const plan::Pose& T_base_clo
   }
 }
 
+/// A ball about the points.
+void HeldObject::bound() {
+  middle_ = {0, 0, 0};
+  radius_ = 0;
+  for (const Point& point : points_) middle_ = middle_ + (1.0 / static_cast<double>(points_.size())) * point.p;
+  for (const Point& point : points_) radius_ = std::max(radius_, norm(point.p - middle_));
+}
+
 double HeldObject::reach() const {
   double farthest = 0;
-  for (const Vector3& p : points_) farthest = std::max(farthest, distance(p, {0, 0, 0}));
+  for (const Point& point : points_) farthest = std::max(farthest, norm(point.p));
   return farthest;
 }
 
-bool HeldObject::near(const plan::Pose& T_base_tip, const plan::Body& body, double margin) const {
-  if (points_.empty() || plan::distance(body, T_base_tip.point(middle_)) > radius_ + margin) return false;
-  return std::any_of(points_.begin(), points_.end(),
-                     [&](const Vector3& p) { return plan::distance(body, T_base_tip.point(p)) < margin; });
+plan::Pose HeldObject::hung(const plan::Pose& T_base_tip) const {
+  constexpr double kAcross = 0.8;  // of the turn's axis along the approach: the tips hold against that
+  const Vector3 down = T_base_tip.inverse().direction({0, 0, -1});
+  const Vector3 axis = cross(seen_middle_, down);
+  if (!(norm(axis) > 0) || std::fabs(axis[2]) > kAcross * norm(axis)) return {};
+  return sensor::rotation(normalized(axis), std::atan2(norm(axis), dot(seen_middle_, down)));
 }
 
-bool HeldObject::is_near_others(const Vector3& p) const {
-  const Cell cell = cell_of(p);
-  for (int n = 0; n < 27; ++n) {
-    if (others_.count(neighbour(cell, n))) return true;
+void HeldObject::leave_room(const plan::Pose& T_base_tip, const plan::Obstacles& obstacles,
+                            const std::vector<plan::Body>& arm, const Care& care) {
+  for (Point& point : points_) {
+    const plan::Body here = ball(T_base_tip.point(point.p), 0);
+    point.apart = obstacles.nearest(here, kFar).distance;
+    point.apart_arm = std::min(kFar, nearest(arm, here));
   }
-  return false;
-}
-
-bool HeldObject::near_others(const plan::Pose& T_base_tip) const {
-  return !others_.empty() && std::any_of(points_.begin(), points_.end(),
-                                         [&](const Vector3& p) { return is_near_others(T_base_tip.point(p)); });
-}
-
-void HeldObject::correct(const plan::Pose& T_base_tip) {
-  const auto is_wrong = [&](const Vector3& p) { return is_near_others(T_base_tip.point(p)); };
+  const auto is_wrong = [&](const Point& point) {
+    return point.is_guess && (point.apart < care.margin || point.apart_arm < care.arm_margin);
+  };
   points_.erase(std::remove_if(points_.begin(), points_.end(), is_wrong), points_.end());
+  bound();
+}
+
+double HeldObject::room(const plan::Pose& T_base_tip, const plan::Obstacles& obstacles,
+                        const std::vector<plan::Body>& arm, const Care& care) const {
+  if (points_.empty()) return kFar;
+  const plan::Body all = ball(T_base_tip.point(middle_), radius_);
+  const double from_all = obstacles.nearest(all, kFar).distance - care.margin;
+  const double arm_from_all = nearest(arm, all) - care.arm_margin;
+  if (from_all > 0 && arm_from_all > 0) return std::min(from_all, arm_from_all);
+  constexpr double kSame = 1e-3;  // m; what is where it was may seem nearer by this
+  for (const Point& point : points_) {
+    if (point.is_guess && !care.guesses) continue;
+    const plan::Body here = ball(T_base_tip.point(point.p), 0);
+    if (from_all <= 0 && obstacles.within(here, std::min(care.margin, point.apart - kSame))) return -1;
+    if (arm_from_all <= 0 && nearest(arm, here) < std::min(care.arm_margin, point.apart_arm - kSame)) return -1;
+  }
+  return 0;
 }
 
 }  // namespace handhold::experiments

@@ -1,8 +1,7 @@
 // What a hand has taken hold of, as far as the camera saw it.
 #pragma once
 
-#include <array>
-#include <set>
+#include <cstddef>
 #include <vector>
 
 #include "handhold/planner.h"
@@ -10,7 +9,7 @@
 namespace handhold::experiments {
 
 /// Points of an object in the frame of the hand that holds it: those that were seen, and some behind them, as far as
-/// things are usually thick.
+/// things are usually thick: guesses.
 class HeldObject {
  public:
   HeldObject() = default;
@@ -21,26 +20,43 @@ class HeldObject {
 
   /// m; from the tip's frame to its farthest point: as low as it can hang
   double reach() const;
-  /// Whether a point comes nearer than `margin` (m) to a body.
-  bool near(const plan::Pose& T_base_tip, const plan::Body& body, double margin) const;
+  /// Between two fingertips things turn when they are heavy, about the axis through the tips and, rolling, about that
+  /// of a round part: the least turn after which the middle of what was seen hangs straight below, T_tip_turned. None
+  /// where that is about the hand's approach, across both.
+  plan::Pose hung(const plan::Pose& T_base_tip) const;
   /// The cloud without the object's points: what is left when it is taken away.
   const Cloud& rest() const { return rest_; }
-  /// Whether a point comes as near to the rest of the cloud, but for the table, as points that hang together are.
-  bool near_others(const plan::Pose& T_base_tip) const;
-  /// Forgets points that are as near to the rest where the hand is now: guesses that were wrong.
-  void correct(const plan::Pose& T_base_tip);
+
+  /// What it is kept away from, and how far.
+  struct Care {
+    double margin = 0;      ///< m; from obstacles
+    double arm_margin = 0;  ///< m; from the arm's bodies
+    bool guesses = false;   ///< whether they count
+  };
+  /// Where it is now it touches nothing: guesses that are nearer to something than `care` asks for were wrong, and are
+  /// forgotten; points that were seen there may stay as near as they are.
+  /// @param arm  bodies that the hand does not hold it with
+  void leave_room(const plan::Pose& T_base_tip, const plan::Obstacles& obstacles, const std::vector<plan::Body>& arm,
+                  const Care& care);
+  /// m; how far it can move, whatever way, before it comes too near to something; at most 0 if it is nearer, with
+  /// negative numbers for too near. Where it is near, 0 for anything that is clear.
+  double room(const plan::Pose& T_base_tip, const plan::Obstacles& obstacles, const std::vector<plan::Body>& arm,
+              const Care& care) const;
 
  private:
+  struct Point {
+    Vector3 p;  ///< m; tip's frame
+    bool is_guess = false;
+    /// m; to obstacles and to the arm, when it was where it touched nothing: nearer it may not come
+    double apart = kFar, apart_arm = kFar;
+  };
+  static constexpr double kFar = 0.1;  // m; beyond any margin
+
   void bound();
-  void leave_rest(const CloudView& cloud, const plan::Pose& T_base_cloud, double table_top,
-                  const std::set<std::array<int, 3>>& taken);
-  bool is_near_others(const Vector3& p) const;
 
-  using Cell = std::array<int, 3>;
-
-  std::vector<Vector3> points_;  ///< m; tip's frame
+  std::vector<Point> points_;
   Cloud rest_;
-  std::set<Cell> others_;  ///< cells (base frame) with points that do not belong to it
+  Vector3 seen_middle_ = {0, 0, 0};  ///< m; tip's frame
   Vector3 middle_ = {0, 0, 0};
   double radius_ = 0;  ///< m; of a ball about the middle that holds all
 };

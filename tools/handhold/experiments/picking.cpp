@@ -3,10 +3,12 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <stdexcept>
 #include <tuple>
 #include <utility>
 
 #include "text.h"
+#include "vec3.h"
 
 namespace handhold::experiments {
 namespace {
@@ -14,22 +16,18 @@ namespace {
 using evaluation::format;
 
 constexpr double kPi = 3.141592653589793;
-constexpr double kDrop = 0.002;        // m; things start so far above the table
-constexpr double kBesidePart = 0.003;  // m; of the fingers, on each side
-constexpr double kSamePlace = 0.1;     // m; of handles so near, the longer one first
-constexpr double kLift = 0.2;          // m; what is heavy turns in the hand, and hangs below it
-constexpr double kSettle = 4;          // s; at most
-constexpr double kClosing = 0.8;       // s; the fingers need for their stroke, and to press
-constexpr double kCarrySpeed = 0.2;    // share of the joints' limits, with something in the hand
+constexpr double kDrop = 0.002;                  // m; things start so far above the table
+constexpr double kBesidePart = 0.003;            // m; of the fingers, on each side
+constexpr double kPathClearances[] = {0.03, 0};  // m; the first with a grasp: not all was seen
+constexpr double kSamePlace = 0.1;               // m; of handles so near, the longer one first
+constexpr double kLift = 0.2;                    // m; what is heavy turns in the hand, and hangs below it
+constexpr double kSettle = 4;                    // s; at most
+constexpr double kClosing = 0.8;                 // s; the fingers need for their stroke, and to press
+constexpr double kCarrySpeed = 0.2;              // share of the joints' limits, with something in the hand
 constexpr int kShakes = 6;
 constexpr double kShake = 0.7, kShakeSpeed = 0.6;  // rad; share of the wrist's limit
-constexpr double kAboveBox = 0.06;                 // m; over the rim, of what hangs from the hand
-constexpr double kHangs = 0.25;                    // m; so far it may hang at least: not all of it was seen
+constexpr int kLooks = 3, kMoreSamples = 4;        // where there is no grasp, more samples may find one
 constexpr double kTableHeight = 0.04;              // m; thickness of the board
-
-double distance(const Vector3& a, const Vector3& b) {
-  return std::hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]);
-}
 
 plan::Body box_at(const Vector3& size, const plan::Pose& T) {
   plan::Body body;
@@ -54,15 +52,9 @@ std::vector<std::pair<std::string, plan::Body>> known_bodies(const physics::Worl
   return bodies;
 }
 
-/// The far sides of things were not seen.
-plan::PlannerOptions carrier_options() {
+plan::PlannerOptions planner_options(double path_clearance) {
   plan::PlannerOptions options;
-  options.hand_clearance = options.arm_clearance = 0.03;
-  return options;
-}
-
-plan::PlannerOptions planner_options() {
-  plan::PlannerOptions options;
+  options.path_clearance = path_clearance;
   options.max_grasps = 1;
   options.finger_clearance = kBesidePart;
   options.lift = kLift;
@@ -93,8 +85,12 @@ const char* to_string(Ending ending) {
       return "missed";
     case Ending::kSlipped:
       return "slipped";
+    case Ending::kNoWay:
+      return "no way";
     case Ending::kBesideBox:
       return "beside the box";
+    case Ending::kBrokeDown:
+      return "broke down";
   }
   return "";
 }
@@ -102,14 +98,15 @@ const char* to_string(Ending ending) {
 Workplace workplace(const plan::ElectricGripper& gripper) {
   Workplace place;
   place.world.gripper = gripper;
-  place.world.table.size = {0.7, 1.2, kTableHeight};
-  place.world.table.T_world_table = sensor::translation(0.85, 0, -0.15 - kTableHeight / 2);
+  place.world.table.size = {0.87, 1.2, kTableHeight};
+  place.world.table.T_world_table = sensor::translation(0.865, 0, -0.15 - kTableHeight / 2);
   place.world.bin.inner = {0.6, 0.6, 0.3};
   place.world.bin.wall = 0.03;
   place.world.bin.T_world_bin = sensor::translation(0.35, -0.97, -0.45);
-  // Scenes are seen from their -y; the robot looks along +x. The table's top is z = -0.15.
-  place.T_base_scene = sensor::translation(0.72, -0.1, -0.15) * sensor::rotation({0, 0, 1}, -kPi / 2);
-  place.T_base_camera = sensor::look_at({0.15, 0, 0.38}, {0.72, -0.1, -0.08});
+  // Scenes are seen from their -y; the robot looks along +x. The table's top is z = -0.15. Its near edge is before what
+  // Baxter's pedestal takes up; nothing sticks out over it.
+  place.T_base_scene = sensor::translation(0.78, -0.1, -0.15) * sensor::rotation({0, 0, 1}, -kPi / 2);
+  place.T_base_camera = sensor::look_at({0.15, 0, 0.38}, {0.78, -0.1, -0.08});
   place.camera = sensor::CameraOptions::xtion();
   return place;
 }
@@ -164,18 +161,16 @@ Picker::Picker(const Workplace& place, const std::vector<physics::Thing>& things
     : place_(place),
       world_(place.world, things),
       options_(localizer),
-      planner_(world_.arm(), planner_options()),
-      carrier_(world_.arm(), carrier_options()),
+      carrier_(world_.arm(), place_.world.bin, known_bodies(place_.world)),
       at_(world_.arm().rest()) {
-  for (const auto& [name, body] : known_bodies(place_.world)) {
-    planner_.obstacles().add(name, body);
-    carrier_.obstacles().add(name, body);
-    known_.push_back(body);
+  for (const double path_clearance : kPathClearances) {
+    planners_.emplace_back(world_.arm(), planner_options(path_clearance));
+    for (const auto& [name, body] : known_bodies(place_.world)) planners_.back().obstacles().add(name, body);
   }
 }
 
-bool Picker::settle() {
-  return world_.settle(kSettle);
+bool Picker::settle() try { return world_.settle(kSettle); } catch (const std::runtime_error&) {
+  return false;  // the next attempt says so
 }
 
 std::vector<std::size_t> Picker::left() const {
@@ -196,12 +191,20 @@ void Picker::see(std::uint64_t seed) {
   look_ = {};
   look_.cloud = frame.cloud;
   look_.T_base_camera = place_.T_base_camera;
-  Localizer localizer(options);
-  look_.result = localizer.localize(look_.cloud.view());
+  look_.own = plan::bodies_of(world_.arm(), at_);
   plan::CloudObstacleOptions seen;
-  seen.own = plan::bodies_of(world_.arm(), at_);
-  planner_.obstacles().set_cloud(look_.cloud.view(), place_.T_base_camera, seen);
-  look_.plan = planner_.plan(look_.result.handles, place_.T_base_camera);
+  seen.own = look_.own;
+  for (plan::GraspPlanner& planner : planners_) {
+    planner.obstacles().set_cloud(look_.cloud.view(), place_.T_base_camera, seen);
+  }
+  for (int i = 0; i < kLooks && look_.plan.grasps.empty(); ++i) {
+    look_.result = Localizer(options).localize(look_.cloud.view());
+    for (const plan::GraspPlanner& planner : planners_) {
+      look_.plan = planner.plan(look_.result.handles, place_.T_base_camera);
+      if (!look_.plan.grasps.empty()) break;
+    }
+    options.samples *= kMoreSamples;
+  }
 }
 
 std::optional<std::size_t> Picker::held() const {
@@ -215,118 +218,44 @@ std::size_t Picker::nearest_to(const Vector3& p) const {
   std::size_t best = 0;
   double least = std::numeric_limits<double>::infinity();
   for (std::size_t i = 0; i < world_.things().size(); ++i) {
-    const double far = distance(world_.center_of_mass(i), p);
+    const double far = norm(world_.center_of_mass(i) - p);
     if (far < least) least = far, best = i;
   }
   return best;
 }
 
+void Picker::follow(const std::vector<plan::JointVector>& path, const std::vector<double>& times, double opening) {
+  world_.follow(path, times, opening);
+  at_ = path.back();
+  ways_.push_back(path);
+}
+
 void Picker::go(const plan::JointVector& to, double opening) {
   if (to == at_) return;
-  const std::vector<plan::JointVector> path = planner_.straight(at_, to);
-  world_.follow(path, planner_.times(path, kCarrySpeed), opening);
-  at_ = to;
+  const std::vector<plan::JointVector> path = planners_.front().straight(at_, to);
+  follow(path, planners_.front().times(path, kCarrySpeed), opening);
 }
 
-/// Whether the arm without its hand would touch something on a way; or, `careful`, the hand or what it holds would.
-bool Picker::is_blocked(const std::vector<plan::JointVector>& path, bool careful) const {
-  constexpr double kMargin = 0.02, kOwnMargin = 0.01;  // m; of what is held: its far side was not seen
-  if (!careful) return planner_.hit(path, 0, false).has_value();
-  if (carrier_.hit(path, 0, true)) return true;
-  const plan::Arm& arm = world_.arm();
-  for (const plan::JointVector& q : path) {
-    const plan::Pose tip = arm.forward(q);
-    const auto is_near = [&](const plan::Body& body) { return held_object_.near(tip, body, kMargin); };
-    if (std::any_of(known_.begin(), known_.end(), is_near) || held_object_.near_others(tip)) return true;
-    const std::vector<plan::Pose> links = arm.link_poses(q);
-    for (const plan::Shape& shape : arm.shapes()) {
-      // The hand touches it.
-      if (arm.link_joints()[shape.link] + 1 >= arm.joints().size()) continue;
-      if (held_object_.near(tip, plan::placed(shape, links[shape.link]), kOwnMargin)) return true;
-    }
+/// Goes the last of its ways again, backwards, until only so many are left.
+void Picker::go_back(std::size_t ways, double opening) {
+  for (; ways_.size() > ways; ways_.pop_back()) {
+    const std::vector<plan::JointVector> back(ways_.back().rbegin(), ways_.back().rend());
+    world_.follow(back, planners_.front().times(back, kCarrySpeed), opening);
+    at_ = back.back();
   }
-  return false;
 }
 
-/// Above the middle of the box. The hand points down, as far as the arm can: a closed handle slides off its fingers
-/// then, and may hang on them otherwise. Or else as it was lifted, turned about the vertical.
-std::optional<plan::JointVector> Picker::over_box(const plan::JointVector& from, bool careful) const {
-  constexpr int kTurns = 12;
-  const plan::Pose down = sensor::rotation({1, 0, 0}, kPi);
-  plan::Pose as_lifted = world_.arm().forward(from);
-  as_lifted.t = {0, 0, 0};
-  const auto turned = [](const Vector3& axis, int i) { return sensor::rotation(axis, 2 * kPi * i / kTurns); };
-  std::vector<std::vector<plan::Pose>> choices(4);
-  for (int i = 0; i < kTurns; ++i) {
-    choices[0].push_back(turned({0, 0, 1}, i) * down);
-    choices[3].push_back(turned({0, 0, 1}, i) * as_lifted);
-    for (int k = 0; k < kTurns; k += 2) {
-      choices[1].push_back(turned({0, 0, 1}, i) * sensor::rotation({1, 0, 0}, 0.4) * down * turned({0, 0, 1}, k));
-      choices[2].push_back(turned({0, 0, 1}, i) * sensor::rotation({1, 0, 0}, 0.8) * down * turned({0, 0, 1}, k));
-    }
+/// With an empty hand: straight, if that way is clear, or else as it came, as far as it has to.
+void Picker::go_home(const plan::JointVector& home) {
+  while (!ways_.empty() && !carrier_.is_clear(at_, home)) {
+    go_back(ways_.size() - 1, world_.arm().hand().opening_max);
   }
-  for (const std::vector<plan::Pose>& orientations : choices) {
-    if (const auto q = nearest_over_box(orientations, from, careful)) return q;
-  }
-  return std::nullopt;
+  go(home, world_.arm().hand().opening_max);
 }
 
-std::optional<plan::JointVector> Picker::nearest_over_box(const std::vector<plan::Pose>& orientations,
-                                                          const plan::JointVector& from, bool careful) const {
-  const physics::Bin& bin = place_.world.bin;
-  const Vector3& floor = bin.T_world_bin.t;
-  std::vector<std::pair<double, plan::JointVector>> solutions;
-  for (plan::Pose pose : orientations) {
-    pose.t = {floor[0], floor[1], floor[2] + bin.inner[2] + kAboveBox + std::max(kHangs, held_object_.reach())};
-    plan::IkOptions ik;
-    ik.reference = from;
-    ik.restarts = 6;
-    ik.fallback_restarts = 0;
-    const auto q = world_.arm().inverse(pose, ik);
-    if (!q) continue;
-    double way = 0;
-    for (std::size_t j = 0; j < q->size(); ++j) way = std::max(way, std::fabs((*q)[j] - from[j]));
-    solutions.emplace_back(way, *q);
-  }
-  std::sort(solutions.begin(), solutions.end());
-  for (const auto& [way, q] : solutions) {
-    if (!is_blocked(planner_.straight(from, q), careful)) return q;
-  }
-  return std::nullopt;
-}
-
-/// To the box by way of where the hand is raised, as far as it can be: what is heavy turns in the hand, and hangs lower
-/// than it was seen. Otherwise straight, or by way of where the hand is drawn back, or of where the arm was before;
-/// with what is held clear of everything, or, if there is no such way, at least the arm. False: there is none at all.
-bool Picker::carry(const plan::JointVector& home) {
-  std::vector<plan::JointVector> by_way_of;
-  const plan::Arm& arm = world_.arm();
-  const plan::Pose lifted = arm.forward(at_);
-  held_object_.correct(lifted);
-  const double far = std::hypot(lifted.t[0] - arm.mount()[0], lifted.t[1] - arm.mount()[1]);
-  for (const double back : {0.0, 0.1, 0.2, 0.3}) {
-    for (const double higher : {0.2, 0.1, 0.0}) {
-      plan::Pose pose = lifted;
-      for (std::size_t k = 0; k < 2; ++k) pose.t[k] -= back * (lifted.t[k] - arm.mount()[k]) / far;
-      pose.t[2] += higher;
-      plan::IkOptions ik;
-      ik.reference = at_;
-      const std::optional<plan::JointVector> q = back == 0 && higher == 0 ? at_ : arm.inverse(pose, ik);
-      if (q) by_way_of.push_back(*q);
-    }
-  }
-  by_way_of.push_back(home);
-  for (const bool careful : {true, false}) {
-    for (const plan::JointVector& via : by_way_of) {
-      if (via != at_ && is_blocked(planner_.straight(at_, via), careful)) continue;
-      const auto over = over_box(via, careful);
-      if (!over) continue;
-      if (via != at_) go(via, 0);
-      go(*over, 0);
-      return true;
-    }
-  }
-  return false;
+void Picker::open(double opening) {
+  world_.command(at_, opening);
+  world_.step(kClosing);
 }
 
 /// What hangs on an open hand - a closed handle may, with its edge wedged against a finger - falls when the wrist turns
@@ -338,9 +267,8 @@ void Picker::shake_off(std::size_t thing) {
     plan::JointVector turned = q;
     turned.back() = std::clamp(q.back() + (i % 2 ? -kShake : kShake), wrist.lower, wrist.upper);
     if (turned == at_) continue;
-    const std::vector<plan::JointVector> path = planner_.straight(at_, turned);
-    world_.follow(path, planner_.times(path, kShakeSpeed), world_.arm().hand().opening_max);
-    at_ = turned;
+    const std::vector<plan::JointVector> path = planners_.front().straight(at_, turned);
+    follow(path, planners_.front().times(path, kShakeSpeed), world_.arm().hand().opening_max);
   }
   world_.step(kClosing);
 }
@@ -355,59 +283,59 @@ bool Picker::touches_hand(std::size_t thing) const {
   return false;
 }
 
-/// Back the way that it came, with an open hand.
-void Picker::retreat(const plan::Grasp& grasp) {
-  world_.command(at_, grasp.opening);
-  world_.step(kClosing);
-  const std::vector<plan::JointVector> back(grasp.path.rbegin(), grasp.path.rend());
-  world_.follow(back, planner_.times(back, kCarrySpeed), grasp.opening);
-  at_ = back.back();
-}
-
-/// Lifts what is between the fingers, carries it to the box, lets go and goes back. What became of it, in words too.
+/// Lifts what is between the fingers, carries it to the box, lets go and goes back. Where there is no way to the box,
+/// puts it down again. What became of it, in words too.
 std::pair<Ending, std::string> Picker::deliver(std::size_t thing, const plan::Grasp& grasp) {
   const physics::Table& table = place_.world.table;
-  held_object_ = HeldObject(look_.cloud.view(), place_.T_base_camera, look_.result.handles[grasp.handle],
-                            table.T_world_table.t[2] + table.size[2] / 2, grasp.grasp);
-  carrier_.obstacles().set_cloud(held_object_.rest().view(), place_.T_base_camera);
-  const plan::JointVector& home = grasp.path.front();
-  const double open = world_.arm().hand().opening_max;
-  world_.follow(grasp.lift_path, grasp.lift_times, 0);
-  at_ = grasp.lift_path.back();
-  const bool lifted = world_.held(thing);
-  const bool led = lifted && carry(home);
-  const bool carried = led && world_.held(thing);
-  const Vector3 let_go = world_.center_of_mass(thing);
-  world_.command(at_, open);
-  world_.step(kClosing);
-  shake_off(thing);
-  go(home, open);
-  settle();
+  const HeldObject object(look_.cloud.view(), place_.T_base_camera, look_.result.handles[grasp.handle],
+                          table.T_world_table.t[2] + table.size[2] / 2, grasp.grasp);
+  carrier_.hold(object, place_.T_base_camera, look_.own);
   const std::string& name = world_.things()[thing].name;
-  if (world_.in_bin(thing)) return {Ending::kGrasped, name};
+  follow(grasp.lift_path, grasp.lift_times, 0);
+  const bool lifted = world_.held(thing);
+  std::optional<Carrier::Way> way;
+  if (lifted) way = carrier_.to_box(at_, grasp.path.front());
+  if (lifted && !way) {
+    go_back(1, 0);
+    open(grasp.opening);
+    go_back(0, grasp.opening);
+    settle();
+    return {Ending::kNoWay, name + " was lifted, and put down again"};
+  }
+  if (way) {
+    for (const plan::JointVector& stop : way->stops) go(stop, 0);
+    // Whatever falls from here on falls into the box.
+    if (const auto down = carrier_.turned_down(at_)) go(*down, 0);
+  }
+  const bool carried = way && world_.held(thing);
+  const Vector3 let_go = world_.center_of_mass(thing);
+  open(world_.arm().hand().opening_max);
+  shake_off(thing);
+  go_home(grasp.path.front());
+  settle();
+  const std::string by = way && way->care != Care::kAmple ? format(" (way: %s)", to_string(way->care)) : "";
+  if (world_.in_bin(thing)) return {Ending::kGrasped, name + by};
   if (!lifted) return {Ending::kSlipped, name + " was lost while it was lifted"};
-  if (!led) return {Ending::kNoPlan, name + " was lifted, but there was no way to the box"};
-  if (!carried) return {Ending::kSlipped, name + " was lost on the way to the box"};
+  if (!carried) return {Ending::kSlipped, name + " was lost on the way to the box" + by};
   const Vector3& box = place_.world.bin.T_world_bin.t;
-  return {Ending::kBesideBox, format("%s was let go %.0f mm beside the middle of the box", name.c_str(),
-                                     1000 * std::hypot(let_go[0] - box[0], let_go[1] - box[1]))};
+  return {Ending::kBesideBox, format("%s was let go %.0f mm beside the middle of the box%s", name.c_str(),
+                                     1000 * std::hypot(let_go[0] - box[0], let_go[1] - box[1]), by.c_str())};
 }
 
 std::pair<Ending, std::string> Picker::act(std::optional<std::size_t>& thing) {
   if (look_.result.handles.empty()) return {Ending::kNotLocalized, "no handle"};
   if (look_.plan.grasps.empty()) return {Ending::kNoPlan, joined(look_.plan.rejected)};
   const plan::Grasp& grasp = look_.plan.grasps.front();
-  world_.follow(grasp.path, grasp.times, grasp.opening);
-  at_ = grasp.path.back();
+  follow(grasp.path, grasp.times, grasp.opening);
   thing = nearest_to(grasp.grasp.t);
-  world_.command(at_, 0);
-  world_.step(kClosing);
+  open(0);
   if (const auto between = held()) {
     thing = between;
     return deliver(*between, grasp);
   }
   const double closed_to = world_.opening();
-  retreat(grasp);
+  open(grasp.opening);
+  go_back(0, grasp.opening);
   settle();
   return {Ending::kMissed, format("closed to %.1f mm on a part of %.1f mm", 1000 * closed_to, 1000 * grasp.width)};
 }
@@ -417,11 +345,17 @@ Attempt Picker::attempt(std::uint64_t seed) {
   const double begin = world_.time();
   std::vector<plan::Pose> before;
   for (std::size_t i = 0; i < world_.things().size(); ++i) before.push_back(world_.pose(i));
-  see(seed);
-  std::tie(attempt.ending, attempt.why) = act(attempt.thing);
+  ways_.clear();
+  try {
+    see(seed);
+    std::tie(attempt.ending, attempt.why) = act(attempt.thing);
+  } catch (const std::runtime_error& error) {
+    attempt.ending = Ending::kBrokeDown;
+    attempt.why = error.what();
+  }
   attempt.seconds = world_.time() - begin;
   for (std::size_t i = 0; i < before.size(); ++i) {
-    if (!world_.in_bin(i)) attempt.pushed = std::max(attempt.pushed, distance(before[i].t, world_.pose(i).t));
+    if (!world_.in_bin(i)) attempt.pushed = std::max(attempt.pushed, norm(before[i].t - world_.pose(i).t));
   }
   return attempt;
 }

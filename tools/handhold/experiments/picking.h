@@ -8,11 +8,11 @@
 #include <utility>
 #include <vector>
 
+#include "carrier.h"
 #include "handhold/localizer.h"
 #include "handhold/physics.h"
 #include "handhold/planner.h"
 #include "handhold/scene_file.h"
-#include "held_object.h"
 
 namespace handhold::experiments {
 
@@ -20,14 +20,16 @@ namespace handhold::experiments {
 enum class Ending {
   kGrasped,       ///< the object is in the box
   kNotLocalized,  ///< no handle was found
-  kNoPlan,        ///< no handle had a grasp that the arm could carry out, or there was no way to the box
+  kNoPlan,        ///< no handle had a grasp that the arm could carry out
   kMissed,        ///< the fingers closed on nothing
   kSlipped,       ///< it was between the fingers, and lost on the way
+  kNoWay,         ///< it was lifted, but there was no way to the box: it was put down again
   kBesideBox,     ///< it was carried, but does not lie in the box
+  kBrokeDown,     ///< the simulation did
 };
-/// "grasped", "not localized", "no plan", "missed", "slipped", "beside the box"
+/// "grasped", "not localized", "no plan", "missed", "slipped", "no way", "beside the box", "broke down"
 const char* to_string(Ending ending);
-inline constexpr int kEndings = 6;
+inline constexpr int kEndings = 8;
 
 /// What the robot knew when it tried, for pictures of what went wrong.
 struct Look {
@@ -35,6 +37,7 @@ struct Look {
   Result result;
   plan::Plan plan;
   plan::Pose T_base_camera;
+  std::vector<plan::Body> own;  ///< the robot's bodies
 };
 
 struct Attempt {
@@ -70,7 +73,7 @@ class Picker {
  public:
   Picker(const Workplace& place, const std::vector<physics::Thing>& things, const Options& localizer);
 
-  /// Lets everything come to rest. Whether it did.
+  /// Lets everything come to rest. Whether it did: not when the simulation broke down, either.
   bool settle();
   /// One attempt: look, localize, plan, grasp, carry, let go, go back. @param seed  of the camera's noise and the
   /// search
@@ -84,27 +87,24 @@ class Picker {
  private:
   void see(std::uint64_t seed);
   std::pair<Ending, std::string> act(std::optional<std::size_t>& thing);
-  void retreat(const plan::Grasp& grasp);
   std::pair<Ending, std::string> deliver(std::size_t thing, const plan::Grasp& grasp);
+  void follow(const std::vector<plan::JointVector>& path, const std::vector<double>& times, double opening);
   void go(const plan::JointVector& to, double opening);
+  void go_back(std::size_t ways, double opening);
+  void go_home(const plan::JointVector& home);
+  void open(double opening);
   void shake_off(std::size_t thing);
   bool touches_hand(std::size_t thing) const;
-  bool carry(const plan::JointVector& home);
   std::optional<std::size_t> held() const;
-  bool is_blocked(const std::vector<plan::JointVector>& path, bool careful) const;
-  std::optional<plan::JointVector> over_box(const plan::JointVector& from, bool careful) const;
-  std::optional<plan::JointVector> nearest_over_box(const std::vector<plan::Pose>& orientations,
-                                                    const plan::JointVector& from, bool careful) const;
   std::size_t nearest_to(const Vector3& p) const;
 
   Workplace place_;
   physics::World world_;
   Options options_;
-  plan::GraspPlanner planner_;
-  plan::GraspPlanner carrier_;  ///< knows what is left on the table
-  plan::JointVector at_;        ///< rad; where the arm was last sent to
-  std::vector<plan::Body> known_;
-  HeldObject held_object_;
+  std::vector<plan::GraspPlanner> planners_;  ///< the more careful one first
+  Carrier carrier_;
+  plan::JointVector at_;                              ///< rad; where the arm was last sent to
+  std::vector<std::vector<plan::JointVector>> ways_;  ///< that it has gone in this attempt
   Look look_;
 };
 

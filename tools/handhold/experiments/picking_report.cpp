@@ -62,10 +62,12 @@ std::string failures_text(const std::vector<AttemptRecord>& records) {
   static constexpr const char* kMeaning[kEndings] = {
       "",
       "no handle was found in the cloud",
-      "no handle had a grasp that the arm could carry out, or there was no way to the box",
+      "no handle had a grasp that the arm could carry out",
       "the fingers closed beside the part",
       "it was between the fingers, and got lost on the way to the box",
-      "it was carried, but does not lie in the box"};
+      "it was lifted, but the arm found no way to the box and put it down again",
+      "it was carried, but does not lie in the box",
+      "the simulation broke down"};
   std::string text;
   for (int ending = 1; ending < kEndings; ++ending) {
     std::map<std::string, int> objects;

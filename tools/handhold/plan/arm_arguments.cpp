@@ -75,7 +75,8 @@ void add_arm_flags(CLI::App& app, ArmArguments& a) {
   text("--slot", a.slot, "1..4", "Where its fingers are screwed on, from the middle outwards [3]", arm);
   text("--tip", a.tip, "NAME", "Of its fingers: hard, soft, paddle, half-round [hard]", arm);
   text("--arm-file", a.arm_file, "F.toml", "Another arm: urdf, base, tip and hand, see the README", arm);
-  text("--start", a.start, "Q...", "Where the arm stands: a position for each joint, base first (rad) [its rest]", arm);
+  text("--start", a.start, "Q...",
+       "Where the arm stands: a position for each joint, base first (rad; m for one that slides) [its rest]", arm);
   text("--camera-pose", a.camera_pose, "X Y Z QX QY QZ QW",
        "T_base_camera: where the camera stands (m) and how it is turned (quaternion), optical frame; needed", arm);
   text("--table", a.table, "XMIN XMAX YMIN YMAX Z",
