@@ -50,6 +50,8 @@ class BatchRanks : public Batch {
     Surroundings around;
 #ifdef HANDHOLD_MPIRUN
     around.launcher = {HANDHOLD_MPIRUN, "-n", std::to_string(count)};
+#else
+    static_cast<void>(count);
 #endif
     around.environment = {{"OMPI_ALLOW_RUN_AS_ROOT", "1"},
                           {"OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1"},
