@@ -12,7 +12,7 @@
 
 #include "arm_helpers.h"
 #include "body_helpers.h"
-#include "handhold/io.h"
+#include "demo_cloud.h"
 
 namespace handhold::plan {
 namespace {
@@ -28,11 +28,6 @@ Cloud cloud_of(const std::vector<Vector3d>& points, std::uint32_t width = 0) {
   }
   cloud.width = width ? width : static_cast<std::uint32_t>(points.size());
   cloud.height = width ? static_cast<std::uint32_t>(points.size()) / width : 1;
-  return cloud;
-}
-
-const Cloud& table_scene() {
-  static const Cloud cloud = read_cloud(HANDHOLD_DATA "/table_scene.pcd");
   return cloud;
 }
 
@@ -97,13 +92,13 @@ TEST(CloudObstacles, TableSceneAgreesWithAllPoints) {
   const Pose T = sensor::translation(0.7, -0.3, -0.1) * sensor::table_scene_camera();
   CloudObstacleOptions options;
   options.own = {capsule_at(sensor::translation(0.6, -0.4, 0), 0.05, 0.2)};
-  const std::vector<Vector3d> points = plain_obstacles(table_scene().view(), T, options);
+  const std::vector<Vector3d> points = plain_obstacles(test::demo_cloud().view(), T, options);
   Obstacles obstacles;
-  obstacles.set_cloud(table_scene().view(), T, options);
+  obstacles.set_cloud(test::demo_cloud().view(), T, options);
   EXPECT_EQ(obstacles.points(), points.size());
   // Specks and own points are few.
   Obstacles all;
-  all.set_cloud(table_scene().view(), T, [] {
+  all.set_cloud(test::demo_cloud().view(), T, [] {
     CloudObstacleOptions every;
     every.speck_neighbours = 0;
     return every;
@@ -358,7 +353,7 @@ TEST(Obstacles, AnyThreadAndAnyNumberOfThreads) {
   options.own = {bodies[0], bodies[1]};
   const auto build = [&](Obstacles& obstacles, int threads) {
     tbb::task_arena arena(threads);
-    arena.execute([&] { obstacles.set_cloud(table_scene().view(), T, options); });
+    arena.execute([&] { obstacles.set_cloud(test::demo_cloud().view(), T, options); });
   };
   Obstacles one, many;
   build(one, 1), build(many, 4);

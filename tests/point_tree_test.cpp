@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "body_queries.h"
-#include "handhold/io.h"
+#include "demo_cloud.h"
 #include "test_tiles.h"
 
 namespace handhold::plan {
@@ -44,7 +44,7 @@ NamedCloud named(const std::string& name, const FloatPoints& points, std::uint32
 
 std::vector<NamedCloud> clouds() {
   Random random(531);
-  std::vector<NamedCloud> all = {named("table scene", read_cloud(HANDHOLD_DATA "/table_scene.pcd")),
+  std::vector<NamedCloud> all = {named("table scene", test::demo_cloud()),
                                  named("depth image", test::depth_image(random, 150, 70), 150),
                                  named("bad points", test::with_bad_points(random, test::cube(random, 5000, 1.0), 3))};
   for (const auto& [name, points, at] : test::ordinary_clouds(532, 3000)) all.push_back(named(name, points));

@@ -93,17 +93,40 @@ handhold_frame to_c(const handhold::Result& result) {
   return frame;
 }
 
-/// Whether there is a result to be read.
-handhold_code check_result(const handhold_localizer* localizer) {
-  if (const handhold_code code = check(localizer)) return code;
-  if (localizer->running.load(std::memory_order_acquire)) return HANDHOLD_BUSY;
-  return localizer->has_result ? HANDHOLD_OK : HANDHOLD_NO_FRAME;
-}
+/// While it lives no other thread begins to make a result.
+class Reading {
+ public:
+  explicit Reading(const handhold_localizer* localizer) : code_(check(localizer)) {
+    if (code_) return;
+    int users = localizer->users.load(std::memory_order_relaxed);
+    do {
+      if (users < 0) {
+        code_ = HANDHOLD_BUSY;
+        return;
+      }
+    } while (!localizer->users.compare_exchange_weak(users, users + 1, std::memory_order_acquire));
+    localizer_ = localizer;
+    if (!localizer->has_result) code_ = HANDHOLD_NO_FRAME;
+  }
+  ~Reading() {
+    if (localizer_) localizer_->users.fetch_sub(1, std::memory_order_release);
+  }
+  Reading(const Reading&) = delete;
+  Reading& operator=(const Reading&) = delete;
+
+  /// Whether there is a result to be read.
+  handhold_code code() const { return code_; }
+
+ private:
+  handhold_code code_;
+  const handhold_localizer* localizer_ = nullptr;
+};
 
 /// Copies one part of the result.
 template <class To, class From>
 handhold_code get(const handhold_localizer* localizer, From handhold::Result::*part, To* to, std::size_t size) {
-  if (const handhold_code code = check_result(localizer)) return code;
+  const Reading reading(localizer);
+  if (reading.code()) return reading.code();
   if (!to) return HANDHOLD_NULL_ARGUMENT;
   if (!plausible_size<To>(size)) return HANDHOLD_BAD_SIZE;
   write_struct(to_c(localizer->result.*part), to, 0, size);
@@ -114,7 +137,8 @@ handhold_code get(const handhold_localizer* localizer, From handhold::Result::*p
 template <class To, class From>
 handhold_code get(const handhold_localizer* localizer, std::vector<From> handhold::Result::*list, std::size_t first,
                   std::size_t count, To* to, std::size_t size) {
-  if (const handhold_code code = check_result(localizer)) return code;
+  const Reading reading(localizer);
+  if (reading.code()) return reading.code();
   if (!to && count > 0) return HANDHOLD_NULL_ARGUMENT;
   if (!plausible_size<To>(size)) return HANDHOLD_BAD_SIZE;
   const std::vector<From>& values = localizer->result.*list;
@@ -143,7 +167,8 @@ void handhold_localizer_destroy(handhold_localizer* localizer) {
 handhold_code handhold_localize(handhold_localizer* localizer, const handhold_cloud* cloud, size_t size) {
   if (const handhold_code code = check(localizer)) return code;
   // Not the message, either: it belongs to the thread that runs.
-  if (localizer->running.exchange(true, std::memory_order_acquire)) return HANDHOLD_BUSY;
+  int users = 0;
+  if (!localizer->users.compare_exchange_strong(users, -1, std::memory_order_acquire)) return HANDHOLD_BUSY;
   localizer->has_result = false;
   handhold_code code = HANDHOLD_OK;
   handhold_cloud known;
@@ -156,7 +181,7 @@ handhold_code handhold_localize(handhold_localizer* localizer, const handhold_cl
                    [&] { localizer->localizer.localize(view_of(known), localizer->result); });
   }
   localizer->has_result = code == HANDHOLD_OK;
-  localizer->running.store(false, std::memory_order_release);
+  localizer->users.store(0, std::memory_order_release);
   return code;
 }
 
@@ -172,7 +197,8 @@ const char* handhold_localizer_message(const handhold_localizer* localizer) {
 }
 
 handhold_code handhold_get_frame(const handhold_localizer* localizer, handhold_frame* frame, size_t size) {
-  if (const handhold_code code = check_result(localizer)) return code;
+  const Reading reading(localizer);
+  if (reading.code()) return reading.code();
   if (!frame) return HANDHOLD_NULL_ARGUMENT;
   if (!plausible_size<handhold_frame>(size)) return HANDHOLD_BAD_SIZE;
   write_struct(to_c(localizer->result), frame, 0, size);

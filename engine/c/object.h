@@ -99,6 +99,7 @@ struct handhold_localizer {
   handhold::Localizer localizer;
   handhold::Result result;
   bool has_result = false;
-  std::atomic<bool> running{false};
+  /// Calls that read the result just now; -1: handhold_localize makes it.
+  mutable std::atomic<int> users{0};
   handhold::c::Message message;
 };

@@ -40,7 +40,7 @@ const char* handhold_code_text(handhold_code code) {
     case HANDHOLD_NO_FRAME:
       return "there is no result: handhold_localize must succeed first";
     case HANDHOLD_BUSY:
-      return "handhold_localize runs on this localizer in another thread";
+      return "another thread makes or reads this localizer's result";
     case HANDHOLD_NO_MEMORY:
       return "out of memory";
     case HANDHOLD_FAILED:

@@ -2,6 +2,7 @@
 
 #include <fcntl.h>
 #include <poll.h>
+#include <sys/prctl.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -20,6 +21,7 @@ namespace {
 /// In the child, between fork and exec. The test has one thread, so that allocation (setenv) is safe here, too.
 [[noreturn]] void become_program(char* const* arguments, const char* where, const Surroundings& around, int out,
                                  int err) {
+  ::prctl(PR_SET_PDEATHSIG, SIGTERM);
   ::dup2(out, STDOUT_FILENO);
   ::dup2(err, STDERR_FILENO);
   if (!around.standard_output.empty()) {
@@ -44,7 +46,8 @@ namespace {
 
 Outcome run_program(const std::vector<std::string>& arguments, const std::filesystem::path& where,
                     const Surroundings& around) {
-  std::vector<std::string> words = {HANDHOLD_PROGRAM};
+  std::vector<std::string> words = around.launcher;
+  words.emplace_back(HANDHOLD_PROGRAM);
   words.insert(words.end(), arguments.begin(), arguments.end());
   std::vector<char*> pointers;
   for (std::string& word : words) pointers.push_back(word.data());
@@ -61,13 +64,9 @@ Outcome run_program(const std::vector<std::string>& arguments, const std::filesy
   Outcome result;
   std::array<pollfd, 2> ends = {pollfd{out[0], POLLIN, 0}, pollfd{err[0], POLLIN, 0}};
   std::array<std::string*, 2> texts = {&result.out, &result.err};
-  bool interrupted = false;
+  bool is_watched = static_cast<bool>(around.watch);
   while (ends[0].fd >= 0 || ends[1].fd >= 0) {
-    if (ends[0].fd >= 0 && !interrupted && around.interrupt_when && around.interrupt_when()) {
-      ::kill(child, SIGINT);
-      interrupted = true;
-    }
-    const bool is_watched = around.interrupt_when && !interrupted;
+    if (is_watched && around.watch(child)) is_watched = false;
     if (::poll(ends.data(), ends.size(), is_watched ? 2 : -1) <= 0) continue;
     for (std::size_t i = 0; i < ends.size(); ++i) {
       if (ends[i].fd < 0 || ends[i].revents == 0) continue;

@@ -18,11 +18,13 @@ struct Outcome {
 struct Surroundings {
   std::vector<std::pair<std::string, std::string>> environment;  ///< set on top of this process's
   std::string standard_output;                                   ///< file to write to instead of Outcome::out
-  long max_file_bytes = 0;               ///< a write beyond this fails as on a full disk; 0: no limit
-  std::function<bool()> interrupt_when;  ///< asked every 2 ms; when it says yes the program gets SIGINT, once
+  long max_file_bytes = 0;            ///< a write beyond this fails as on a full disk; 0: no limit
+  std::vector<std::string> launcher;  ///< words before the program's: mpirun and what it takes
+  /// Called every 2 ms with the id of the process that was started, until it says yes.
+  std::function<bool(int process)> watch;
 };
 
-/// Runs `handhold` with the arguments, in the folder `where`.
+/// Runs `handhold` with the arguments, in the folder `where`. It gets SIGTERM should the test be killed meanwhile.
 Outcome run_program(const std::vector<std::string>& arguments, const std::filesystem::path& where,
                     const Surroundings& around = {});
 

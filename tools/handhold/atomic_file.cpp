@@ -1,9 +1,11 @@
 #include "atomic_file.h"
 
 #include <fcntl.h>
+#include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstdlib>
 #include <cstring>
@@ -12,6 +14,9 @@
 
 namespace handhold {
 namespace {
+
+/// Between the target's name and "PROCESS-ATTEMPT" in the name of a temporary file.
+constexpr const char* kPart = ".part-";
 
 std::string folder_of(const std::string& path) {
   const std::size_t slash = path.rfind('/');
@@ -93,11 +98,13 @@ AtomicFile::AtomicFile(std::string path) : path_(std::move(path)) {
   const bool exists = ::stat(target_.c_str(), &info) == 0;
   int descriptor = -1;
   for (int attempt = 0; attempt < 100 && descriptor < 0; ++attempt) {
-    temporary_path_ = target_ + ".part-" + std::to_string(::getpid()) + "-" + std::to_string(attempt);
+    temporary_path_ = target_ + kPart + std::to_string(::getpid()) + "-" + std::to_string(attempt);
     descriptor = ::open(temporary_path_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, mode);
     if (descriptor < 0 && errno != EEXIST) fail(path_, errno);
   }
   if (descriptor < 0) fail(path_, EEXIST);
+  // Held until the file is closed, by whatever end: see remove_if_abandoned(). Not all file systems lock: best effort.
+  ::flock(descriptor, LOCK_EX | LOCK_NB);
   // Best effort: a file system without modes is no reason to lose the output.
   if (exists && ::fchmod(descriptor, info.st_mode & 07777) != 0) errno = 0;
   file_ = ::fdopen(descriptor, "wb");
@@ -151,6 +158,23 @@ void AtomicFile::check_writable(const std::string& path) {
   // A new file is really created and removed: permissions alone do not tell of read-only or special file systems. What
   // exists and is no regular file is not opened: a pipe would block.
   if (is_replaceable(path, path)) AtomicFile probe(path);
+}
+
+std::string AtomicFile::target_of(const std::string& path) {
+  const std::size_t part = path.rfind(kPart);
+  if (part == std::string::npos) return {};
+  const std::string numbers = path.substr(part + std::strlen(kPart));
+  const bool ours = numbers.find_first_not_of("0123456789-") == std::string::npos &&
+                    std::count(numbers.begin(), numbers.end(), '-') == 1 && numbers.front() != '-' &&
+                    numbers.back() != '-';
+  return ours ? path.substr(0, part) : std::string();
+}
+
+void AtomicFile::remove_if_abandoned(const std::string& path) {
+  const int descriptor = ::open(path.c_str(), O_WRONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC);
+  if (descriptor < 0) return;
+  if (::flock(descriptor, LOCK_EX | LOCK_NB) == 0) ::unlink(path.c_str());
+  ::close(descriptor);
 }
 
 void write_file(const std::string& path, const std::string& bytes) {

@@ -34,6 +34,12 @@ class AtomicFile {
   /// done.
   static void check_writable(const std::string& path);
 
+  /// The target of a temporary file beside it, by its name; empty: `path` is no such name.
+  static std::string target_of(const std::string& path);
+  /// Removes the temporary file `path` unless a process, on this machine or another one, is writing it. What was killed
+  /// leaves such files.
+  static void remove_if_abandoned(const std::string& path);
+
  private:
   void discard() noexcept;
 

@@ -51,7 +51,7 @@ enum {
   HANDHOLD_BAD_OPTION = 5,     ///< unknown name, text that is no value, value out of range; the message says which
   HANDHOLD_BAD_CLOUD = 6,      ///< the cloud contradicts itself (no data, bad point_step, ...); the message says how
   HANDHOLD_NO_FRAME = 7,       ///< there is no result: no call of handhold_localize yet, or the last one failed
-  HANDHOLD_BUSY = 8,           ///< handhold_localize runs on this localizer in another thread; nothing was done
+  HANDHOLD_BUSY = 8,           ///< another thread makes or reads this localizer's result; nothing was done
   HANDHOLD_NO_MEMORY = 9,      ///< out of memory; of a localizer only handhold_localizer_destroy is left
   HANDHOLD_FAILED = 10         ///< anything else; the message says what
 };

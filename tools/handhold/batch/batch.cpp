@@ -156,6 +156,22 @@ std::string add_report(const std::string& text, std::vector<Outcome>& outcomes) 
   return json["failure"];
 }
 
+/// The reports of all ranks at the first one, which says whom it waits for.
+std::vector<std::string> gather(batch::Ranks& ranks, const std::string& report) {
+  Progress progress;
+  bool said = false;
+  return ranks.gather(report, [&](std::size_t missing) {
+    progress.show("waiting for " + batch::name_of_rank(missing));
+    if (!interrupted || said) return;
+    // Perhaps the last that is heard: a launcher that has lost a rank interrupts the others, and kills them soon.
+    said = true;
+    progress.show("");
+    std::fprintf(stderr,
+                 "handhold: interrupted: no report of %s yet; results are kept, the same command goes on from there\n",
+                 batch::name_of_rank(missing).c_str());
+  });
+}
+
 /// The batch, or this process's share of it. `outcomes`: of each cloud of the work.
 void work_through(const std::vector<Work>& work, const Options& options, const batch::Manifest& manifest,
                   batch::Ranks* ranks, std::vector<Outcome>& outcomes) {
@@ -198,6 +214,7 @@ int run(const Arguments& a) {
       if (first && !path.empty()) AtomicFile::check_writable(path);
     }
     manifest = std::make_unique<batch::Manifest>(a.out, options, a.force && first);
+    if (first) batch::remove_leftovers(work);
   };
   // One process says what is wrong.
   if (!ranks) {
@@ -216,11 +233,12 @@ int run(const Arguments& a) {
     failure = error.what();
   }
   if (ranks) {
-    const std::vector<std::string> reports = ranks->gather(report_of(outcomes, failure));
+    const std::vector<std::string> reports = gather(*ranks, report_of(outcomes, failure));
     if (ranks->rank() != 0) return 0;
-    for (const std::string& report : reports) {
-      const std::string theirs = add_report(report, outcomes);
-      if (failure.empty()) failure = theirs;
+    failure.clear();
+    for (std::size_t rank = 0; rank < reports.size(); ++rank) {
+      const std::string theirs = add_report(reports[rank], outcomes);
+      if (failure.empty() && !theirs.empty()) failure = batch::name_of_rank(rank) + ": " + theirs;
     }
   }
   const Summary summary =

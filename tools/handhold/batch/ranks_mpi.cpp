@@ -3,9 +3,13 @@
 #define MPICH_SKIP_MPICXX
 #include <mpi.h>
 
+#include <chrono>
 #include <cstdint>
 #include <cstdlib>
 #include <exception>
+#include <stdexcept>
+#include <string>
+#include <thread>
 
 #include "ranks.h"
 
@@ -51,7 +55,7 @@ class MpiRanks : public Ranks {
     return static_cast<std::size_t>(drawn);
   }
 
-  std::vector<std::string> gather(const std::string& text) override {
+  std::vector<std::string> gather(const std::string& text, const std::function<void(std::size_t)>& waiting) override {
     if (rank_ != 0) {
       MPI_Send(text.data(), static_cast<int>(text.size()), MPI_CHAR, 0, kTag, MPI_COMM_WORLD);
       return {};
@@ -59,7 +63,14 @@ class MpiRanks : public Ranks {
     std::vector<std::string> texts = {text};
     for (int other = 1; other < size_; ++other) {
       MPI_Status status;
-      MPI_Probe(other, kTag, MPI_COMM_WORLD, &status);
+      int there = 0;
+      // MPI_Probe would keep a core busy that the others may need.
+      for (int tries = 1;; ++tries) {
+        MPI_Iprobe(other, kTag, MPI_COMM_WORLD, &there, &status);
+        if (there) break;
+        if (tries % 20 == 0) waiting(static_cast<std::size_t>(other));
+        std::this_thread::sleep_for(std::chrono::milliseconds(5));
+      }
       int length = 0;
       MPI_Get_count(&status, MPI_CHAR, &length);
       std::string theirs(static_cast<std::size_t>(length), '\0');
@@ -75,8 +86,9 @@ class MpiRanks : public Ranks {
     const auto attempt = [&] {
       try {
         work();
-      } catch (...) {
-        problem = std::current_exception();
+      } catch (const std::exception& error) {
+        problem = rank_ == 0 ? std::current_exception()
+                             : std::make_exception_ptr(std::runtime_error(name_of_rank(rank()) + ": " + error.what()));
         good = 0;
       }
     };

@@ -1,7 +1,11 @@
 #include "work_list.h"
 
 #include <map>
+#include <set>
+#include <string>
+#include <system_error>
 
+#include "atomic_file.h"
 #include "usage_error.h"
 
 namespace handhold::batch {
@@ -34,6 +38,24 @@ std::vector<Work> list_work(const CloudList& list, const fs::path& out) {
     work.push_back(std::move(w));
   }
   return work;
+}
+
+void remove_leftovers(const std::vector<Work>& work) {
+  std::set<fs::path> folders;
+  std::set<std::string> results;
+  for (const Work& w : work) {
+    folders.insert(w.result.parent_path());
+    results.insert(w.result.lexically_normal().string());
+  }
+  for (const fs::path& folder : folders) {
+    std::error_code error;  // no such folder: nothing in it
+    std::vector<std::string> leftovers;
+    for (fs::directory_iterator entry(folder, error), end; !error && entry != end; entry.increment(error)) {
+      std::string path = entry->path().lexically_normal().string();
+      if (results.count(AtomicFile::target_of(path)) > 0) leftovers.push_back(std::move(path));
+    }
+    for (const std::string& path : leftovers) AtomicFile::remove_if_abandoned(path);
+  }
 }
 
 }  // namespace handhold::batch

@@ -17,4 +17,7 @@ struct Work {
 /// @throws UsageError: two clouds whose results have one name
 std::vector<Work> list_work(const CloudList& list, const std::filesystem::path& out);
 
+/// Removes the halves of these results that a process left when it was killed.
+void remove_leftovers(const std::vector<Work>& work);
+
 }  // namespace handhold::batch
