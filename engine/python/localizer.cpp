@@ -117,10 +117,11 @@ void bind_localizer(py::module_& m) {
       "Finds the graspable parts of clouds, frame after frame, and reuses its memory.\n\n" +
       help + errors + ".\n";
   py::class_<PyLocalizer>(m, "Localizer", localizer_doc.c_str())
-      .def(py::init([](const py::kwargs& keywords) { return std::make_unique<PyLocalizer>(to_options(keywords)); }))
+      .def(py::init([](const py::kwargs& keywords) { return std::make_unique<PyLocalizer>(to_options(keywords)); }),
+           ("__init__(self, *, " + options + ")\n--\n\n").c_str())
       .def("localize", &PyLocalizer::localize, py::arg("points"), py::kw_only(),
            py::arg(kViewpoint) = py::make_tuple(0.0, 0.0, 0.0), py::arg("guesses") = py::none(),
-           (std::string("localize($self, points, *, viewpoint=(0.0, 0.0, 0.0), guesses=None)\n--\n\n"
+           (std::string("localize(self, points, *, viewpoint=(0.0, 0.0, 0.0), guesses=None)\n--\n\n"
                         "Searches a cloud and returns a Result. Other Python threads run meanwhile.\n\n") +
             kPointsHelp +
             "guesses: where handles are expected, (G, 3) (m; Tracker.guesses()): samples are drawn there, too.\n\n"
@@ -135,14 +136,14 @@ void bind_localizer(py::module_& m) {
             localizer.set_seed(to_options(py::kwargs(py::dict(py::arg("seed") = seed))).seed);
           },
           py::arg("seed"),
-          "set_seed($self, seed)\n--\n\n"
+          "set_seed(self, seed)\n--\n\n"
           "Seed of the frames from the next one on: in a stream each frame may draw other samples.")
       .def("cancel", &PyLocalizer::cancel,
-           "cancel($self)\n--\n\n"
+           "cancel(self)\n--\n\n"
            "Ends the frame in progress, from another thread: it returns soon, with status 'cancelled' and nothing\n"
            "found. Does nothing when none is in progress.")
       .def("samples", &samples_of,
-           "samples($self)\n--\n\n"
+           "samples(self)\n--\n\n"
            "The samples of the last frame, in the order in which they were drawn, and where each ended: positions\n"
            "(N, 3), m, and indices into handhold.STEPS (N,). Affordance.sample is an index into them.")
       .def_property_readonly(

@@ -127,7 +127,7 @@ py::class_<PyElement<Element>> bind_element(py::module_& m, const char* name, co
       static_cast<const Element*>(nullptr));
   type.def(
       "to_dict", [](const PyElement<Element>& e) { return to_dict(*e.it); },
-      "to_dict($self)\n--\n\nAll of it as plain Python numbers and lists, as in the command line's JSON.");
+      "to_dict(self)\n--\n\nAll of it as plain Python numbers and lists, as in the command line's JSON.");
   type.def("__repr__", [name](const PyElement<Element>& e) { return repr(name, *e.it); });
   return type;
 }
@@ -248,11 +248,11 @@ void bind_results(py::module_& m) {
       "\n\nArrays are read-only views of the library's memory, without a copy; they stay valid for as long as you keep "
       "them.\n.copy() makes one that may be changed. ";
   bind_element<Handle>(m, "Handle",
-                       "Handle(center, axis, approach, radius, length, confidence=1.0, path=())\n--\n\n"
-                       "A contiguous run of aligned affordances: one graspable part.\n\n" +
-                           frame + " Result.handles has those that were found; made by hand, one\ncan be planned for.")
+                       "A contiguous run of aligned affordances: one graspable part.\n\n" + frame +
+                           " Result.handles has those that were found; made by hand, one\ncan be planned for.")
       .def(py::init(&make_handle), py::arg("center"), py::arg("axis"), py::arg("approach"), py::arg("radius"),
-           py::arg("length"), py::arg("confidence") = 1.0, py::arg("path") = py::tuple());
+           py::arg("length"), py::arg("confidence") = 1.0, py::arg("path") = py::tuple(),
+           "__init__(self, center, axis, approach, radius, length, confidence=1.0, path=())\n--\n\n");
   bind_element<Affordance>(m, "Affordance",
                            "One cylindrical shell that satisfies the conditions of an enveloping grasp (of the paper's "
                            "section 3).\n\n" +
@@ -303,7 +303,7 @@ void bind_results(py::module_& m) {
           "Wall-clock time of each step of the search (ms), and 'total'. A copy of the points comes before it.")
       .def(
           "to_dict", [](const PyResult& r) { return result_dict(*r.it); },
-          "to_dict($self)\n--\n\n"
+          "to_dict(self)\n--\n\n"
           "All of it as plain Python numbers, strings, lists and dictionaries, for json.dump or pickle.")
       .def("__repr__", [](const PyResult& r) {
         return "<Result: " + std::string(to_string(r.it->status)) + ", " + std::to_string(r.it->handles.size()) +

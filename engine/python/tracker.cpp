@@ -57,7 +57,6 @@ void bind_tracker(py::module_& m) {
   constexpr TrackerOptions kDefaults;
   py::class_<Tracker>(
       m, "Tracker",
-      "Tracker(*, max_offset=0.04, max_angle=0.6, max_radius=0.4, weight=0.4, keep=15)\n--\n\n"
       "Carries handles from frame to frame: which is which, where it is on the mean, when it was last seen.\n\n"
       "    max_offset: a handle farther from where a track is expected is another one (m)\n"
       "    max_angle: the same for the angle between their axes (rad)\n"
@@ -70,14 +69,15 @@ void bind_tracker(py::module_& m) {
            }),
            py::kw_only(), py::arg("max_offset") = kDefaults.max_offset, py::arg("max_angle") = kDefaults.max_angle,
            py::arg("max_radius") = kDefaults.max_radius, py::arg("weight") = kDefaults.weight,
-           py::arg("keep") = kDefaults.keep)
+           py::arg("keep") = kDefaults.keep,
+           "__init__(self, *, max_offset=0.04, max_angle=0.6, max_radius=0.4, weight=0.4, keep=15)\n--\n\n")
       .def(
           "update",
           [](Tracker& tracker, const py::object& handles, const py::object& T_now_last) {
             return copies_of(tracker.update(to_handles(handles), to_motion("T_now_last", T_now_last)));
           },
           py::arg("handles"), py::kw_only(), py::arg("T_now_last") = py::none(),
-          "update($self, handles, *, T_now_last=None)\n--\n\n"
+          "update(self, handles, *, T_now_last=None)\n--\n\n"
           "Takes the handles of the next frame and returns the tracks, in the order of their ids.\n\n"
           "handles: Result.handles, or a list of Handle. T_now_last: 4x4, brings points of the last frame to this "
           "one's\n"
@@ -92,7 +92,7 @@ void bind_tracker(py::module_& m) {
             return view(places, *places);
           },
           py::kw_only(), py::arg("T_next_now") = py::none(),
-          "guesses($self, *, T_next_now=None)\n--\n\n"
+          "guesses(self, *, T_next_now=None)\n--\n\n"
           "Places on the tracks (G, 3), m, in the coordinates of the next frame: what Localizer.localize takes.");
 }
 
