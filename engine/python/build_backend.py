@@ -43,6 +43,15 @@ def build_sdist(sdist_directory, config_settings=None):
     raise RuntimeError("the Python module is built from the whole repository: pip install PATH/engine/python")
 
 
+def prepare_metadata_for_build_wheel(metadata_directory, config_settings=None):
+    info = f"handhold-{project_version()}.dist-info"
+    for name, content in metadata(info).items():
+        path = pathlib.Path(metadata_directory, name)
+        path.parent.mkdir(exist_ok=True)
+        path.write_bytes(content)
+    return info
+
+
 def build_wheel(wheel_directory, config_settings=None, metadata_directory=None):
     version = project_version()
     name = f"handhold-{version}-{tag()}.whl"
@@ -51,7 +60,7 @@ def build_wheel(wheel_directory, config_settings=None, metadata_directory=None):
         package = pathlib.Path(temporary, "package")
         run_cmake(build, package)
         wheel = pathlib.Path(temporary, name)
-        write_wheel(wheel, package, f"handhold-{version}.dist-info", version)
+        write_wheel(wheel, package, f"handhold-{version}.dist-info")
         shutil.move(wheel, pathlib.Path(wheel_directory, name))
     return name
 
@@ -93,22 +102,29 @@ def run_cmake(build, package):
         subprocess.run(command, check=True, env=environment)
 
 
-def write_wheel(path, package, info, version):
+def metadata(info):
+    """The files of the folder `info` of a wheel, but for the list of all files."""
+    return {
+        f"{info}/METADATA": (
+            "Metadata-Version: 2.1\n"
+            "Name: handhold\n"
+            f"Version: {project_version()}\n"
+            "Summary: Finds the parts of objects that a robot hand can hold, in point clouds\n"
+            "License: BSD-3-Clause\n"
+            "Requires-Python: >=3.9\n"
+            "Requires-Dist: numpy\n"
+            "Description-Content-Type: text/markdown\n\n" + (HERE / "README.md").read_text(encoding="utf-8")
+        ).encode(),
+        f"{info}/LICENSE": (ROOT / "LICENSE").read_bytes(),
+        f"{info}/WHEEL": (
+            f"Wheel-Version: 1.0\nGenerator: handhold\nRoot-Is-Purelib: false\nTag: {tag()}\n".encode()
+        ),
+    }
+
+
+def write_wheel(path, package, info):
     files = {str(file.relative_to(package)): file.read_bytes() for file in sorted(package.rglob("*")) if file.is_file()}
-    files[f"{info}/METADATA"] = (
-        "Metadata-Version: 2.1\n"
-        "Name: handhold\n"
-        f"Version: {version}\n"
-        "Summary: Finds the parts of objects that a robot hand can hold, in point clouds\n"
-        "License: BSD-3-Clause\n"
-        "Requires-Python: >=3.9\n"
-        "Requires-Dist: numpy\n"
-        "Description-Content-Type: text/markdown\n\n" + (HERE / "README.md").read_text(encoding="utf-8")
-    ).encode()
-    files[f"{info}/LICENSE"] = (ROOT / "LICENSE").read_bytes()
-    files[f"{info}/WHEEL"] = (
-        f"Wheel-Version: 1.0\nGenerator: handhold\nRoot-Is-Purelib: false\nTag: {tag()}\n".encode()
-    )
+    files.update(metadata(info))
     record = f"{info}/RECORD"
     lines = [f"{name},sha256={digest(content)},{len(content)}" for name, content in files.items()]
     files[record] = "\n".join([*lines, f"{record},,", ""]).encode()

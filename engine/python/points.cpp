@@ -30,7 +30,7 @@ std::string wrong_kind(const py::array& array) {
                      ": must be float32 or float64, in metres";
   if (dtype.kind() == 'i' || dtype.kind() == 'u') text += " (of whole millimetres: points * 0.001)";
   if (dtype.has_fields())
-    text += " (of named fields: numpy.lib.recfunctions.structured_to_unstructured(points[['x', 'y', 'z']]))";
+    text += " (of named fields: structured_to_unstructured(points[['x', 'y', 'z']]), from numpy.lib.recfunctions)";
   return text;
 }
 
@@ -54,7 +54,7 @@ Points::Points(const py::object& points, const py::object& viewpoint) {
   width_ = static_cast<std::size_t>(array.shape(ndim - 2));
   if (height_ == 0 || width_ == 0) {
     height_ = 1, width_ = 0;
-  } else if (height_ > (std::size_t{1} << 31) / width_) {
+  } else if (height_ > ((std::size_t{1} << 31) - 1) / width_) {
     fail("shape " + shape_of(array) + ": must be fewer than 2^31 points");
   }
   row_step_ = ndim == 3 ? array.strides(0) : 0;

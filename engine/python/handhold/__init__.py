@@ -25,11 +25,16 @@ from ._core import (
     options,
     to_toml,
 )
+from ._files import Cloud, read_cloud
+
+for _public in (Cloud, read_cloud):
+    _public.__module__ = __name__
 
 __all__ = [
     "STEPS",
     "Affordance",
     "Affordances",
+    "Cloud",
     "Handle",
     "Handles",
     "Localizer",
@@ -40,5 +45,6 @@ __all__ = [
     "isa",
     "localize",
     "options",
+    "read_cloud",
     "to_toml",
 ]
