@@ -1,7 +1,7 @@
 """The type stubs say what the module has: every public name, every signature, both ways."""
 
 import ast
-import importlib
+import importlib.util
 import inspect
 import pathlib
 
@@ -10,7 +10,7 @@ import pytest
 import handhold
 
 FOLDER = pathlib.Path(handhold.__file__).parent
-MODULES = [name for name in ("handhold", "handhold.plan") if importlib.util.find_spec(name)]
+MODULES = ["handhold", "handhold.plan"] if importlib.util.find_spec("handhold._plan") else ["handhold"]
 # What Python itself puts into a class, and what needs no stub.
 OF_PYTHON = {"__doc__", "__module__", "__new__", "__repr__", "__init__", "__dict__", "__weakref__"}
 
