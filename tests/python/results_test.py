@@ -139,8 +139,8 @@ def test_funnel_adds_up(result):
 def test_times(result):
     times = result.times_ms
     total = times.pop("total")
-    assert total > 0 and min(times.values()) >= 0
-    assert sum(times.values()) == pytest.approx(total, rel=0.2)
+    assert total > 0
+    assert all(0 <= stage <= total for stage in times.values())
 
 
 def test_how_they_are_shown(result):
