@@ -30,15 +30,14 @@ def in_use():
 
 def test_a_result_never_changes(table, rod):
     localizer = handhold.Localizer(samples=500)
-    results = [localizer.localize(cloud) for cloud in (table, rod, table[::2, ::2], rod[::2])]
-    copies = [result.to_dict() for result in results]
-    centers = [result.affordances.center for result in results]
-    kept = [center.copy() for center in centers]
+    results, copies = [], []
+    for cloud in table, rod, table[::2, ::2], rod[::2]:
+        results.append(localizer.localize(cloud))
+        copies.append(results[-1].to_dict())
     for _ in range(5):
         localizer.localize(table)
         localizer.localize(rod)
     assert [result.to_dict() for result in results] == copies
-    assert all(np.array_equal(a, b) for a, b in zip(centers, kept))
 
 
 def test_an_array_keeps_what_it_shows(table):
