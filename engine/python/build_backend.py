@@ -76,7 +76,7 @@ def tag():
 
 def run_cmake(build, package):
     if not shutil.which("cmake"):
-        raise RuntimeError("there is no CMake; install cmake, g++ and the libraries that README.md beside this file lists")
+        raise RuntimeError("there is no CMake; install cmake, g++ and the libraries that engine/python/README.md lists")
     arguments = [
         *(["-G", "Ninja"] if shutil.which("ninja") else []),
         "-DCMAKE_BUILD_TYPE=Release",

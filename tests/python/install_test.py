@@ -33,11 +33,12 @@ print(handhold.__version__)
 
 def run(*command, folder, **variables):
     """Its output. Without what this test's own environment has."""
-    environment = {k: v for k, v in os.environ.items() if not k.startswith(("PYTHON", "PIP_", "HANDHOLD_", "CMAKE_ARGS"))}
+    ours = ("PYTHON", "PIP_", "HANDHOLD_", "CMAKE_ARGS")
+    environment = {name: value for name, value in os.environ.items() if not name.startswith(ours)}
     # No index: what would have to be downloaded is an error.
     environment.update({"PIP_NO_INDEX": "1", "PIP_CONFIG_FILE": os.devnull, "PIP_NO_CACHE_DIR": "1"}, **variables)
     done = subprocess.run([str(part) for part in command], cwd=folder, env=environment, text=True,
-                          stdout=subprocess.PIPE, stderr=subprocess.STDOUT)  # fmt: skip
+                          stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
     assert done.returncode == 0, done.stdout[-6000:]
     return done.stdout
 
@@ -70,7 +71,7 @@ def test_pip_install(tmp_path, build, where, what, flags):
     python = venv(tmp_path)
     cmake = "-DCMAKE_BUILD_TYPE=None -DCMAKE_CXX_FLAGS=-O1 -DHANDHOLD_PLAN=OFF -DCMAKE_DISABLE_FIND_PACKAGE_PNG=ON"
     run(python, "-m", "pip", "install", f"--config-settings=build-dir={build}", *flags, what, folder=where,
-        CMAKE_ARGS=cmake)  # fmt: skip
+        CMAKE_ARGS=cmake)
     assert files_of_source() == before, "pip has left something among the sources"
     version = re.search(r"project\(handhold VERSION (\S+)", (SOURCE / "CMakeLists.txt").read_text())[1]
     *told, last = run(python, "-c", USE, folder=tmp_path).splitlines()

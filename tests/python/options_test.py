@@ -149,14 +149,17 @@ def test_numbers_of_numpy_and_python(given, kept):
         ({"method": "papr"}, "method = 'papr': must be one of 'default', 'paper'"),
         ({"method": None}, "method = None: must be a string such as 'default'"),
         ({"strategy": 3}, "strategy = 3: must be a string such as 'max'"),
-        ({"config": "/nothing/here.toml"}, "cannot read '/nothing/here.toml': no such file; give the name of a TOML file"),
+        ({"config": "/nothing/a.toml"}, "cannot read '/nothing/a.toml': no such file; give the name of a TOML file"),
         ({"config": b"/nothing/\xff"}, "cannot read '/nothing/\\xff': no such file; give the name of a TOML file"),
     ],
 )
 def test_what_is_no_option(given, message):
     cloud = np.zeros((3, 3), np.float32)
-    makers = handhold.options, handhold.to_toml, handhold.Localizer, lambda **options: handhold.localize(cloud, **options)
-    for make in makers:
+
+    def localize(**options):
+        return handhold.localize(cloud, **options)
+
+    for make in handhold.options, handhold.to_toml, handhold.Localizer, localize:
         with pytest.raises(ValueError) as error:
             make(**given)
         assert message in str(error.value)

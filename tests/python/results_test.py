@@ -18,7 +18,7 @@ SHAPES = {
         "center": (3,), "axis": (3,), "normal": (3,), "radius": (), "shell_radius": (), "gap": (), "curvature": (),
         "observed_free": (), "quality": (), "neighbourhood": (), "sample": (),
     },
-}  # fmt: skip
+}
 WHOLE = {"affordances", "sample"}
 
 

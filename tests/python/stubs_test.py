@@ -12,7 +12,7 @@ import handhold
 FOLDER = pathlib.Path(handhold.__file__).parent
 MODULES = ["handhold", "handhold.plan"] if importlib.util.find_spec("handhold._plan") else ["handhold"]
 # What Python itself puts into a class, and what needs no stub.
-OF_PYTHON = {"__doc__", "__module__", "__new__", "__repr__", "__init__", "__dict__", "__weakref__"}
+OF_PYTHON = {"__doc__", "__module__", "__new__", "__repr__", "__init__", "__dict__", "__weakref__", "__slotnames__"}
 
 
 def stub_of(module):
@@ -44,7 +44,7 @@ def real_signature(function):
     empty = inspect.Parameter.empty
     # Python functions may have types of their own; their defaults count.
     return [(p.name, p.kind, p.default if p.default is not empty else empty)
-            for p in inspect.signature(function).parameters.values()]  # fmt: skip
+            for p in inspect.signature(function).parameters.values()]
 
 
 def members(node):

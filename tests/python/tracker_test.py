@@ -61,7 +61,7 @@ def test_of_results(table):
     "T",
     [np.eye(3), np.zeros((4, 4)), np.diag([1, 1, 1, 2]), np.diag([1, 1, -1, 1]), np.full((4, 4), np.nan), "x", 3,
      np.where(np.eye(4, k=3), np.inf, np.eye(4)), np.diag([2, 2, 2, 1])],
-)  # fmt: skip
+)
 def test_what_is_no_motion(T):
     tracker = handhold.Tracker()
     with pytest.raises(ValueError, match="T_now_last = .*: must be a 4x4 matrix, a rotation and a translation"):

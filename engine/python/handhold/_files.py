@@ -25,6 +25,6 @@ def read_cloud(path):
         from . import _io
     except ImportError as error:
         raise ImportError(
-            "handhold.read_cloud: this build has no PCL, or PCL's libraries are gone; install libpcl-dev, and handhold again"
+            "handhold.read_cloud: this build has no PCL, or it is gone; install libpcl-dev, then handhold again"
         ) from error
     return Cloud(*_io.read_cloud(path))
