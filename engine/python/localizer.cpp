@@ -112,10 +112,7 @@ void bind_localizer(py::module_& m) {
       "\nRaises ValueError for an option that is unknown or out of range, naming it and what would be right";
 
   const std::string localizer_doc =
-      "Localizer(*, " + options +
-      ")\n--\n\n"
-      "Finds the graspable parts of clouds, frame after frame, and reuses its memory.\n\n" +
-      help + errors + ".\n";
+      "Finds the graspable parts of clouds, frame after frame, and reuses its memory.\n\n" + help + errors + ".\n";
   py::class_<PyLocalizer>(m, "Localizer", localizer_doc.c_str())
       .def(py::init([](const py::kwargs& keywords) { return std::make_unique<PyLocalizer>(to_options(keywords)); }),
            ("__init__(self, *, " + options + ")\n--\n\n").c_str())

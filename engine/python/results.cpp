@@ -13,8 +13,7 @@
 namespace handhold::python {
 namespace {
 
-// ---- The fields, once: a property of one element, of all of them, and a key of to_dict()
-// -----------------------------
+// ---- The fields, once: a property of one element, of all of them, and a key of to_dict() ---------------------------
 
 template <class Visitor>
 void visit_fields(Visitor&& visit, const Handle*) {
