@@ -36,7 +36,8 @@ def run(*command, folder, **variables):
     ours = ("PYTHON", "PIP_", "HANDHOLD_", "CMAKE_ARGS")
     environment = {name: value for name, value in os.environ.items() if not name.startswith(ours)}
     # No index: what would have to be downloaded is an error.
-    environment.update({"PYTHONDONTWRITEBYTECODE": "1", "PIP_NO_INDEX": "1", "PIP_CONFIG_FILE": os.devnull, "PIP_NO_CACHE_DIR": "1"}, **variables)
+    environment.update({"PYTHONDONTWRITEBYTECODE": "1", "PIP_NO_INDEX": "1"})
+    environment.update({"PIP_CONFIG_FILE": os.devnull, "PIP_NO_CACHE_DIR": "1"}, **variables)
     done = subprocess.run([str(part) for part in command], cwd=folder, env=environment, text=True,
                           stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
     assert done.returncode == 0, done.stdout[-6000:]
