@@ -122,20 +122,30 @@ bool Carrier::is_clear(const plan::JointVector& from, const plan::JointVector& t
   return !planner.hit(planner.straight(from, to), arm_.hand().opening_max);
 }
 
-/// Where the way to the box may lead through, best first.
+/// Where the way to the box may lead through, best first: the hand raised, drawn back, turned about the arm's mount
+/// towards the box, as it was; each with several postures of the arm.
 std::vector<plan::JointVector> Carrier::via(const plan::JointVector& start, const plan::JointVector& before) const {
+  constexpr std::size_t kPostures = 4;
   const plan::Pose lifted = arm_.forward(start);
-  const double far = std::hypot(lifted.t[0] - arm_.mount()[0], lifted.t[1] - arm_.mount()[1]);
+  const Vector3 &mount = arm_.mount(), out = lifted.t - mount, to_box = bin_.T_world_bin.t - mount;
+  const double far = std::hypot(out[0], out[1]);
+  const double side = out[0] * to_box[1] - out[1] * to_box[0] > 0 ? 1 : -1;
   std::vector<plan::JointVector> postures;
-  for (const double back : {0.0, 0.1, 0.2, 0.3}) {
-    for (const double higher : {0.2, 0.1, 0.0}) {
-      plan::Pose pose = lifted;
-      for (std::size_t k = 0; k < 2; ++k) pose.t[k] -= back * (lifted.t[k] - arm_.mount()[k]) / far;
-      pose.t[2] += higher;
-      plan::IkOptions ik;
-      ik.reference = start;
-      const std::optional<plan::JointVector> q = back == 0 && higher == 0 ? start : arm_.inverse(pose, ik);
-      if (q) postures.push_back(*q);
+  for (const double turn : {0.0, 0.4}) {
+    const plan::Pose turned = sensor::translation(mount[0], mount[1], 0) * sensor::rotation({0, 0, 1}, side * turn) *
+                              sensor::translation(-mount[0], -mount[1], 0);
+    for (const double back : {0.0, 0.1, 0.2, 0.3}) {
+      for (const double higher : {0.2, 0.1, 0.0}) {
+        plan::Pose pose = lifted;
+        pose.t = pose.t + Vector3{-back * out[0] / far, -back * out[1] / far, higher};
+        pose = turned * pose;
+        if (turn == 0 && back == 0 && higher == 0) postures.push_back(start);
+        plan::IkOptions ik;
+        ik.reference = start;
+        ik.restarts = 12;
+        ik.fallback_restarts = 0;
+        arm_.inverse_all(pose, kPostures, ik, postures);
+      }
     }
   }
   postures.push_back(before);
