@@ -13,7 +13,7 @@ function boundsOf({ lower, size }) {
 class App {
   constructor() {
     this.chosen = null;
-    this.threshold = 0;
+    this.coarse = this.slow = false;
     this.hidden = new Set(["affordances", "samples"]);
     if (page.view.plan) this.hidden.add("approaches");
     this.panel = new Panel(page, {
@@ -102,7 +102,6 @@ class App {
   }
 
   filter(threshold) {
-    this.threshold = threshold;
     const lowest = Number(element("threshold").min);
     // At its lowest end the slider keeps everything: its steps are coarser than the numbers.
     const keep = (i) => threshold <= lowest || page.result.handles[i].confidence >= threshold;
@@ -186,12 +185,18 @@ class App {
     const { clientWidth, clientHeight } = element("view");
     this.width = Math.max(clientWidth, 1);
     this.height = Math.max(clientHeight, 1);
-    const ratio = Math.min(window.devicePixelRatio || 1, 2);
+    const ratio = Math.min(window.devicePixelRatio || 1, 2) * (this.coarse ? 0.5 : 1);
     this.renderer.setPixelRatio(ratio);
     this.renderer.setSize(this.width, this.height, false);
     this.cloud.resize(this.width, this.height, ratio);
     this.orbit.resize(this.width, this.height);
     this.draw();
+  }
+
+  setCoarse(coarse) {
+    if (this.coarse === coarse) return;
+    this.coarse = coarse;
+    this.resize();
   }
 
   draw() {
@@ -203,12 +208,14 @@ class App {
   frame(time) {
     this.requested = false;
     // After a rest the first step is one of a usual frame.
-    const seconds = Math.min((time - (this.lastFrame || 0)) / 1000, 0.05);
-    this.lastFrame = time;
-    const moving = this.orbit.update(seconds);
+    const seconds = this.lastFrame ? (time - this.lastFrame) / 1000 : 1 / 60;
+    const moving = this.orbit.update(Math.min(seconds, 0.25));
+    // Where there is no graphics card, a moving picture has fewer pixels.
+    if (moving && seconds > 0.08) this.slow = true;
+    this.setCoarse(moving && this.slow);
     this.render();
+    this.lastFrame = moving ? time : 0;
     if (moving) this.draw();
-    else this.lastFrame = 0;
   }
 
   render() {
