@@ -57,6 +57,11 @@ class OrbitCamera {
     if (distance) this.goal.distance = distance;
   }
 
+  /** From where something of that size (m) is as high as the picture. */
+  distanceFor(size) {
+    return size / (2 * Math.tan(THREE.Math.degToRad(this.camera.fov) / 2));
+  }
+
   turn(right, down) {
     this.goal.yaw -= right;
     this.goal.pitch = THREE.Math.clamp(this.goal.pitch + down, -kPitchLimit, kPitchLimit);

@@ -119,9 +119,8 @@ class CloudLayer {
     this.pointSize = 1;
     this.shaded = true;
     this.spacing = pointSpacing(page.positions, this.count, cloud.size);
-    const geometry = new THREE.BufferGeometry();
-    geometry.setAttribute("position", new THREE.BufferAttribute(page.positions, 4, true));
-    if (page.colors) geometry.setAttribute("color", new THREE.BufferAttribute(page.colors, 4, true));
+    this.colors = page.colors;
+    this.fine = { geometry: this.geometry(1), spacing: this.spacing };
     const eye = vector(start.eye);
     this.material = new THREE.ShaderMaterial({
       vertexShader: kPointVertex,
@@ -141,7 +140,8 @@ class CloudLayer {
     });
     this.colorings = kColorings.filter(({ name }) => name !== "camera" || page.colors);
     this.setColoring(this.colorings[0].name);
-    this.points = new THREE.Points(geometry, this.material);
+    this.points = new THREE.Points(this.fine.geometry, this.material);
+    this.shown = this.fine;
     this.points.frustumCulled = false;
     this.scene = new THREE.Scene();
     this.scene.add(this.points);
@@ -166,6 +166,30 @@ class CloudLayer {
     this.picture = new THREE.Scene();
     this.picture.add(square);
     this.flat = new THREE.OrthographicCamera(-1, 1, 1, -1, 0, 1);
+  }
+
+  /** Of every step-th point. */
+  geometry(step) {
+    const every = (rows) => {
+      if (step === 1) return rows;
+      const count = Math.ceil(this.count / step), chosen = new rows.constructor(4 * count);
+      for (let i = 0; i < count; ++i) chosen.set(rows.subarray(4 * step * i, 4 * step * i + 4), 4 * i);
+      return chosen;
+    };
+    const geometry = new THREE.BufferGeometry();
+    geometry.setAttribute("position", new THREE.BufferAttribute(every(this.positions), 4, true));
+    if (this.colors) geometry.setAttribute("color", new THREE.BufferAttribute(every(this.colors), 4, true));
+    return geometry;
+  }
+
+  /** Fewer and larger points, for machines on which all are too many to be moved. */
+  setCoarse(coarse) {
+    if (coarse && !this.few) {
+      const step = Math.ceil(this.count / 50000);
+      this.few = { geometry: this.geometry(step), spacing: this.spacing * Math.sqrt(step) };
+    }
+    this.shown = coarse ? this.few : this.fine;
+    this.points.geometry = this.shown.geometry;
   }
 
   point(i, to = new THREE.Vector3()) {
@@ -208,7 +232,7 @@ class CloudLayer {
   /** Into the empty picture of the renderer, with depth. Returns how many points were drawn. */
   draw(renderer, camera) {
     if (!this.points.visible) return 0;
-    this.material.uniforms.spacing.value = 1.7 * this.spacing * this.pointSize;
+    this.material.uniforms.spacing.value = 1.7 * this.shown.spacing * this.pointSize;
     renderer.setRenderTarget(this.target);
     renderer.clear();
     renderer.render(this.scene, camera);

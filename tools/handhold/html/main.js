@@ -83,6 +83,7 @@ class App {
     this.togglePanel(!narrow);
     if (!this.renderer) {
       for (const id of ["reset", "top", "save", "focus"]) element(id).disabled = true;
+      element("shown").hidden = true;
       return;
     }
     on("reset", () => this.move((orbit) => orbit.reset()));
@@ -159,7 +160,7 @@ class App {
   focus() {
     if (this.chosen === null || !this.renderer) return;
     const { center, handle } = this.parts.handles[this.chosen];
-    this.move((orbit) => orbit.lookAt(center, Math.max(0.2, 5 * (handle.length + 2 * handle.radius))));
+    this.move((orbit) => orbit.lookAt(center, orbit.distanceFor(1.6 * (handle.length + 2 * handle.radius))));
   }
 
   /** From pixels to -1..1. */
@@ -196,6 +197,7 @@ class App {
   setCoarse(coarse) {
     if (this.coarse === coarse) return;
     this.coarse = coarse;
+    this.cloud.setCoarse(coarse);
     this.resize();
   }
 
@@ -210,7 +212,7 @@ class App {
     // After a rest the first step is one of a usual frame.
     const seconds = this.lastFrame ? (time - this.lastFrame) / 1000 : 1 / 60;
     const moving = this.orbit.update(Math.min(seconds, 0.25));
-    // Where there is no graphics card, a moving picture has fewer pixels.
+    // Where there is no graphics card, a moving picture has fewer pixels and points.
     if (moving && seconds > 0.08) this.slow = true;
     this.setCoarse(moving && this.slow);
     this.render();

@@ -56,7 +56,7 @@ function numbersOf(handle, index, view) {
     rows.push(["Seen around", `${(handle.arc * kDegrees).toFixed(0)}°`]);
     rows.push(["Residual", millimetres(handle.residual, 2)]);
     rows.push(["Normals off by", `${(handle.normal_error * kDegrees).toFixed(1)}°`]);
-    rows.push(["Fingers' space seen empty", `${(100 * handle.observed_free).toFixed(0)} %`]);
+    rows.push(["Free for fingers", `${(100 * handle.observed_free).toFixed(0)} %`]);
   }
   rows.push(["Affordances", String(handle.affordances.length)]);
   const { plan } = view;

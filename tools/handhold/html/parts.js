@@ -92,7 +92,7 @@ function makeShells(page) {
   const tints = new Float32Array(3 * affordances.length);
   colors.forEach((color, i) => color.toArray(tints, 3 * i));
   geometry.setAttribute("tint", new THREE.InstancedBufferAttribute(tints, 3));
-  const material = glass(0.02, 0.4, { side: THREE.DoubleSide, lift: kLift });
+  const material = glass(0.004, 0.16, { side: THREE.DoubleSide, lift: kLift });
   const shells = new THREE.InstancedMesh(geometry, material, affordances.length);
   const one = new THREE.Object3D();
   affordances.forEach(({ center, axis, radius }, i) => {
