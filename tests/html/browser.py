@@ -290,15 +290,18 @@ class Browser:
         if self._process is None:
             return
         deadline = time.monotonic() + 30
+        ended = set()
         while time.monotonic() < deadline:
             left = self.processes()
+            ended.update(left)
             for process in left:
                 try:
                     os.kill(process, signal.SIGKILL)
                 except ProcessLookupError:
                     pass
-            self._reap()
-            if not left:
+            # A dead process can be waited for only when all of its threads are dead.
+            ended = {process for process in ended if not self._gone(process)}
+            if not left and not ended:
                 break
             time.sleep(0.02)
         self._process.wait()
@@ -308,13 +311,12 @@ class Browser:
         self._log.close()
         shutil.rmtree(self._folder, ignore_errors=True)
 
-    def _reap(self):
-        """Takes leave of the dead among those that the browser left to this process."""
-        self._process.poll()
-        group = self._process.pid
-        while True:
-            try:
-                if os.waitpid(-group, os.WNOHANG)[0] == 0:
-                    return
-            except ChildProcessError:
-                return
+    def _gone(self, process):
+        """Whether nothing is left of a process that was killed, not even the entry that waits for its parent."""
+        if process == self._process.pid:
+            return self._process.poll() is not None
+        try:
+            return os.waitpid(process, os.WNOHANG)[0] != 0
+        except ChildProcessError:
+            # Its parent is still another one that dies, too; or all is over.
+            return not os.path.exists("/proc/%d" % process)
