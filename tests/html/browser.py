@@ -152,7 +152,8 @@ class Browser:
     def open(self, path, states=("ready",)):
         """Opens a file, waits until it says that it is in one of the states, and returns its state.
 
-        Raises PageError when a script fails, the console has an error or warning, or anything but the file is asked for.
+        Raises PageError when a script fails, the console has an error or warning, or anything but the file is asked
+        for.
         """
         self.problems, self.requests, self._loaded = [], [], False
         url = "file://" + path.replace("%", "%25").replace("?", "%3F").replace("#", "%23")

@@ -321,7 +321,8 @@ class LocalizePage(PageCase):
 
     def test_controls_have_names(self):
         unnamed = self.browser.evaluate("""[...document.querySelectorAll("button, input, select, canvas")].filter(e =>
-          !(e.getAttribute("aria-label") || e.textContent.trim() || (e.labels && e.labels.length))).map(e => e.outerHTML)""")
+          !(e.getAttribute("aria-label") || e.textContent.trim() || (e.labels && e.labels.length)))
+          .map(e => e.outerHTML)""")
         self.assertEqual(unnamed, [])
 
 

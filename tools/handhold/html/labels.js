@@ -58,10 +58,13 @@ class Labels {
 
   /** Puts them where their handles are now. */
   place(camera, width, height) {
-    const taken = [];
+    const { offsetLeft: left, offsetTop: top, offsetWidth, offsetHeight } = element("toolbar");
+    const taken = [{ left, top, right: left + offsetWidth, bottom: top + offsetHeight }];
     const overlap = (a, b, room) => a.left < b.right + room && b.left < a.right + room && a.top < b.bottom + room &&
       b.top < a.bottom + room;
-    const parts = this.labels.map(({ part }) => (this.visible && part.group.visible ? this.box(part, camera, width, height) : null));
+    const parts = this.labels.map(({ part }) => {
+      return this.visible && part.group.visible ? this.box(part, camera, width, height) : null;
+    });
     for (const [i, label] of this.labels.entries()) {
       const part = parts[i];
       label.shown = part !== null;

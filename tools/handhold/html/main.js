@@ -37,7 +37,8 @@ class App {
   }
 
   makeRenderer() {
-    const context = this.canvas.getContext("webgl2", { antialias: true, alpha: false, powerPreference: "high-performance" });
+    const wishes = { antialias: true, alpha: false, powerPreference: "high-performance" };
+    const context = this.canvas.getContext("webgl2", wishes);
     if (!context) {
       root.dataset.state = "no-webgl";
       element("message").textContent = "This browser shows no 3-D: it has no WebGL 2, or it is switched off " +
@@ -275,7 +276,8 @@ class App {
       "-": () => this.move((orbit) => orbit.zoom(1 / 0.85)),
       r: () => this.move((orbit) => orbit.reset()), t: () => this.move((orbit) => orbit.lookFromTop()),
       f: () => this.focus(), d: () => this.savePicture(),
-      "[": () => this.setPointSize(this.cloud.pointSize / 1.2), "]": () => this.setPointSize(this.cloud.pointSize * 1.2),
+      "[": () => this.setPointSize(this.cloud.pointSize / 1.2),
+      "]": () => this.setPointSize(this.cloud.pointSize * 1.2),
       m: () => {
         const names = this.cloud.colorings.map(({ name }) => name);
         this.setColoring(names[(names.indexOf(this.cloud.coloring) + 1) % names.length]);

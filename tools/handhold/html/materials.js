@@ -38,8 +38,8 @@ void main() {
 
 /**
  * @param body, rim  opacity seen from the front and along the outline
- * @param extra      of THREE.ShaderMaterial; color: of the whole, or none: an attribute `tint` has it; lift (m): nearer to
- *                   the camera, but at the same place of the picture: out of the noise of points that lie on it
+ * @param extra      of THREE.ShaderMaterial; color: of the whole, or none: an attribute `tint` has it; lift (m): nearer
+ *                   to the camera, but at the same place of the picture: out of the noise of points that lie on it
  */
 function glass(body, rim, { color, light = 1, lift = 0, ...extra }) {
   return new THREE.ShaderMaterial({

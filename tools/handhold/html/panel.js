@@ -67,7 +67,7 @@ function numbersOf(handle, index, view) {
     const grasp = plan.grasps.find((one) => one.handle === index);
     const rejection = plan.rejected.find((one) => one.handle === index);
     if (grasp) {
-      rows.push(["Grasp", `${plan.tip}, ${grasp.time.toFixed(1)} s away`]);
+      rows.push(["Grasp", `${plan.tip}, after ${grasp.time.toFixed(1)} s`]);
       rows.push(["Fingers open to", millimetres(grasp.opening)]);
       rows.push(["Part between them", millimetres(grasp.width)]);
     } else {
@@ -106,7 +106,9 @@ class Panel {
     const { result, view } = this.page;
     const notes = [];
     if (result.status === "deadline") notes.push("Cut by its deadline: there may be more.");
-    if (!result.handles.length) notes.push("No handles. The bars below tell where the samples ended, and what would help.");
+    if (!result.handles.length) {
+      notes.push("No handles. The bars below tell where the samples ended, and what would help.");
+    }
     if (view.cloud.step > 1) notes.push(`Every ${grouped(view.cloud.step)}th point is shown.`);
     if (view.cloud.far) notes.push(`${counted(view.cloud.far, "point")} far away from all others: not shown.`);
     if (view.plan) {
