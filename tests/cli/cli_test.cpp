@@ -49,9 +49,9 @@ TEST_F(Cli, VersionAndHelp) {
   EXPECT_EQ(output({"--version"}).rfind("handhold ", 0), 0u);
   EXPECT_NE(output({"--help"}).find("localize"), std::string::npos);
   const std::string help = output({"localize", "--help"});
-  Words flags = {"show-samples", "json",   "picture",  "explain",     "print-options", "config",
-                 "viewpoint",    "repeat", "no-times", "hand ",       "depth ",        "fx",
-                 "fy",           "cx",     "cy",       "depth-unit-m"};
+  Words flags = {"show-samples", "json",      "picture", "html",     "explain",     "print-options",
+                 "config",       "viewpoint", "repeat",  "no-times", "hand ",       "depth ",
+                 "fx",           "fy",        "cx",      "cy",       "depth-unit-m"};
   const Words options = option_names();
   flags.insert(flags.end(), options.begin(), options.end());
   for (std::string flag : flags) {

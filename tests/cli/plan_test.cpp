@@ -257,7 +257,7 @@ TEST_F(PlanCommand, AnotherArmFromAFile) {
 TEST_F(PlanCommand, HelpNamesItsFlags) {
   const std::string help = output({"--help"});
   for (const char* flag : {"--arm ", "--fingers", "--slot", "--tip", "--arm-file", "--start", "--camera-pose",
-                           "--table", "--order", "--grasps", "--all", "--json", "--picture", "--depth"}) {
+                           "--table", "--order", "--grasps", "--all", "--json", "--picture", "--html", "--depth"}) {
     EXPECT_NE(help.find(flag), std::string::npos) << flag;
   }
 }

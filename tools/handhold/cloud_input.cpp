@@ -8,6 +8,7 @@
 #include "command_line.h"
 #include "handhold/io.h"
 #include "handhold/option_text.h"
+#include "html/page.h"
 #include "usage_error.h"
 
 namespace handhold {
@@ -64,17 +65,27 @@ Cloud CloudInput::read() const {
   return cloud;
 }
 
-void check_result_paths(const std::string& json, const std::string& picture, const std::string& input) {
-  if (picture == "-") throw UsageError("--picture: standard output is for JSON; give a file name");
-  for (const auto& [flag, path] : {std::pair("--json", json), std::pair("--picture", picture)}) {
+std::string CloudInput::name() const {
+  return std::filesystem::path(path_).filename().string();
+}
+
+void check_result_paths(const ResultPaths& paths, const std::string& input) {
+  const std::pair<std::string, std::string> outputs[] = {
+      {"--json", paths.json}, {"--picture", paths.picture}, {"--html", paths.html}};
+  if (!paths.html.empty()) check_page_support();
+  for (const auto& [flag, path] : outputs) {
+    if (path == "-" && flag != "--json") throw UsageError(flag + ": standard output is for JSON; give a file name");
     if (path.empty() || path == "-") continue;
     if (same_file(path, input)) {
-      throw UsageError(std::string(flag) + " would overwrite the input '" + input + "'; give another name");
+      throw UsageError(flag + " would overwrite the input '" + input + "'; give another name");
     }
     AtomicFile::check_writable(path);
-  }
-  if (!json.empty() && !picture.empty() && same_file(json, picture)) {
-    throw UsageError("--json and --picture both name '" + json + "'; give two names");
+    for (const auto& [other, other_path] : outputs) {
+      if (other == flag) break;
+      if (!other_path.empty() && same_file(other_path, path)) {
+        throw UsageError(other + " and " + flag + " both name '" + path + "'; give two names");
+      }
+    }
   }
 }
 

@@ -27,6 +27,8 @@ class CloudInput {
   CloudInput(const CloudArguments& a, const std::string& subcommand);
 
   const std::string& path() const { return path_; }
+  /// Of the file, without its folder.
+  std::string name() const;
   /// @throws std::runtime_error with one line: the file, what is wrong, what would be right
   Cloud read() const;
 
@@ -37,8 +39,12 @@ class CloudInput {
   std::optional<std::optional<Vector3>> viewpoint_;  ///< none: the cloud's own
 };
 
-/// Refuses values of --json and --picture (empty: not given) that cannot work, before anything is computed.
+/// Files to write; empty: not asked for.
+struct ResultPaths {
+  std::string json, picture, html;
+};
+/// Refuses values of --json, --picture and --html that cannot work, before anything is computed.
 /// @throws UsageError, std::runtime_error naming the flag or the path
-void check_result_paths(const std::string& json, const std::string& picture, const std::string& input);
+void check_result_paths(const ResultPaths& paths, const std::string& input);
 
 }  // namespace handhold

@@ -11,6 +11,7 @@
 #include "command_line.h"
 #include "handhold/config.h"
 #include "handhold/localizer.h"
+#include "html/page.h"
 #include "kernels.h"
 #include "option_arguments.h"
 #include "picture.h"
@@ -29,7 +30,7 @@ namespace {
 struct Arguments {
   OptionArguments options;
   CloudArguments input;
-  std::string json, picture;
+  std::string json, picture, html;
   std::string repeat;
   bool explain = false, print_options = false, no_times = false, show_samples = false;
 };
@@ -47,6 +48,10 @@ void add_flags(CLI::App& app, Arguments& a) {
   const char* output = "Output";
   text("--json", a.json, "F", "Write the result as JSON; '-' is standard output", output);
   text("--picture", a.picture, "F.png", "Write a picture of the cloud and its handles", output);
+  text("--html", a.html, "F.html",
+       "Write a page that shows cloud, handles, affordances and samples in three dimensions; it opens in a browser, "
+       "without a network",
+       output);
   flag("--show-samples", a.show_samples, "Draw every sample into --picture, coloured by the step at which it ended",
        output);
   flag("--explain", a.explain, "Say which step ended how many samples, and what would change that", output);
@@ -86,11 +91,12 @@ int run(const Arguments& a) {
   const CloudInput input(a.input, "localize");
   if (const char* problem = kernels::isa_error()) throw UsageError(problem);
   if (a.show_samples && a.picture.empty()) throw UsageError("--show-samples needs --picture, which shows them");
-  check_result_paths(a.json, a.picture, input.path());
+  check_result_paths({a.json, a.picture, a.html}, input.path());
 
   Result result;
   RunTimes run_times;
   PictureOptions picture;
+  Page page;
   Cloud cloud;
   {
     Progress progress;
@@ -100,6 +106,7 @@ int run(const Arguments& a) {
     Localizer localizer(options);
     run_times = summarize(run_repeatedly(localizer, cloud.view(), repeat, result, progress));
     if (a.show_samples) picture.samples = localizer.samples();
+    if (!a.html.empty()) page.samples = localizer.samples();
   }
   const RunTimes* times = a.no_times ? nullptr : &run_times;
   const std::string failure = why_failed(input.path(), cloud.view(), options, result);
@@ -115,6 +122,13 @@ int run(const Arguments& a) {
   }
   if (!failure.empty()) throw std::runtime_error(failure);
   if (!a.picture.empty()) write_picture(a.picture, cloud.view(), cloud.rgb, result, picture);
+  if (!a.html.empty()) {
+    page.name = input.name();
+    page.cloud = &cloud;
+    page.options = &options;
+    page.result = &result;
+    write_page(a.html, page);
+  }
 
   std::string text;
   if (a.json.empty()) {

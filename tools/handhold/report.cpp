@@ -35,63 +35,6 @@ std::string setting(const char* name, double value, const char* unit = "") {
   return std::string(name) + " = " + number(value) + (*unit ? " " : "") + unit;
 }
 
-struct StepCount {
-  std::int64_t count;
-  std::string what;      ///< completes "N samples ..."
-  std::string settings;  ///< the options that decided it, with their values
-  std::string advice;    ///< what would change it
-};
-
-std::vector<StepCount> sample_steps(const Options& o, const Funnel& f) {
-  const bool paper = o.method == Method::kPaper;
-  std::string radii;
-  for (const double r : o.effective_radius()) radii += (radii.empty() ? "" : " ") + number(r);
-  return {
-      {f.too_few_points, "had too few points around them",
-       setting("min_neighbours", o.min_neighbours) + ", radius = " + radii + " m",
-       "raise --radius or lower --min-neighbours; the cloud is sparse there"},
-      {f.flat, "lay on a plane, a line or a single place", "",
-       "no option makes them curved; --workspace keeps samples off tables and walls"},
-      {f.curvature_low, "lay on a surface too flat for the hand", setting("reach", o.effective_reach(), "m"),
-       "raise --reach or --hand-aperture if the hand is larger; --workspace keeps samples off tables and walls"},
-      {f.concave, "lay in a hollow", "", "nothing can be held there from the sensor's side"},
-      {f.circle_wide, "lay on something wider than the hand opens", setting("hand_aperture", o.hand_aperture, "m"),
-       "raise --hand-aperture if the hand opens wider; a smaller --radius fits smaller circles"},
-      {f.circle_narrow, "lay on something narrower than the hand closes", setting("hand_minimum", o.hand_minimum, "m"),
-       "lower --hand-minimum if the hand closes further"},
-      {f.poor_fit, "lay on a surface that no cylinder fits", "", "other --radius values fit parts of other sizes"},
-      paper ? StepCount{f.no_gap, "had no free gap for the fingers around them",
-                        setting("finger_thickness", o.finger_thickness, "m"),
-                        "lower --finger-thickness or --finger-width, or raise --shell-gap-area-mm2 for a noisy sensor"}
-            : StepCount{f.no_gap, "had no place for two fingers that was seen to be empty",
-                        setting("finger_thickness", o.finger_thickness, "m") + ", " +
-                            setting("finger_depth", o.finger_depth, "m") + ", " + setting("min_free", o.min_free),
-                        "lower --finger-thickness or --min-free, or raise --finger-depth if the fingers are longer"},
-      {f.shell_empty, "had a gap, but too little surface within it",
-       setting("shell_inner_area_mm2", o.shell_inner_area_mm2, "mm^2"),
-       "lower --shell-inner-area-mm2 or raise --finger-width"},
-      {f.cut, "were not looked at in time", o.deadline_ms ? setting("deadline_ms", *o.deadline_ms, "ms") : "",
-       "raise --deadline-ms, or lower --samples"},
-  };
-}
-
-std::vector<StepCount> affordance_steps(const Options& o, const Funnel& f) {
-  return {
-      {f.not_aligned, "had too few aligned neighbours",
-       setting("handle_min_affordances", o.handle_min_affordances) + ", " +
-           setting("align_angle", o.align_angle, "rad") + ", " + setting("align_offset", o.align_offset, "m") + ", " +
-           setting("align_radius", o.align_radius, "m"),
-       "raise --samples, --align-angle, --align-offset or --align-radius, or lower --handle-min-affordances"},
-      {f.unconfirmed, "belonged to groups that the points of the cloud do not bear out",
-       setting("min_free", o.min_free),
-       "raise --samples; the part is short, of several pieces, or beside space that was not seen"},
-      {f.too_short, "stood in a row too short for a handle", setting("handle_min_length", o.handle_min_length, "m"),
-       "lower --handle-min-length, or raise --handle-gap or --samples"},
-      {f.low_confidence, "belonged to handles of low confidence",
-       setting("min_confidence", o.effective_min_confidence()), "lower --min-confidence"},
-  };
-}
-
 std::string counts(const StepCount& step, std::int64_t whole) {
   if (step.count == 0) return {};
   const double percent = whole > 0 ? 100.0 * static_cast<double>(step.count) / static_cast<double>(whole) : 0;
@@ -114,6 +57,60 @@ std::string advice(std::vector<StepCount> steps, std::int64_t whole, std::size_t
 }
 
 }  // namespace
+
+std::vector<StepCount> sample_steps(const Options& o, const Funnel& f) {
+  const bool paper = o.method == Method::kPaper;
+  std::string radii;
+  for (const double r : o.effective_radius()) radii += (radii.empty() ? "" : " ") + number(r);
+  return {
+      {"too_few_points", f.too_few_points, "had too few points around them",
+       setting("min_neighbours", o.min_neighbours) + ", radius = " + radii + " m",
+       "raise --radius or lower --min-neighbours; the cloud is sparse there"},
+      {"flat", f.flat, "lay on a plane, a line or a single place", "",
+       "no option makes them curved; --workspace keeps samples off tables and walls"},
+      {"curvature_low", f.curvature_low, "lay on a surface too flat for the hand",
+       setting("reach", o.effective_reach(), "m"),
+       "raise --reach or --hand-aperture if the hand is larger; --workspace keeps samples off tables and walls"},
+      {"concave", f.concave, "lay in a hollow", "", "nothing can be held there from the sensor's side"},
+      {"circle_wide", f.circle_wide, "lay on something wider than the hand opens",
+       setting("hand_aperture", o.hand_aperture, "m"),
+       "raise --hand-aperture if the hand opens wider; a smaller --radius fits smaller circles"},
+      {"circle_narrow", f.circle_narrow, "lay on something narrower than the hand closes",
+       setting("hand_minimum", o.hand_minimum, "m"), "lower --hand-minimum if the hand closes further"},
+      {"poor_fit", f.poor_fit, "lay on a surface that no cylinder fits", "",
+       "other --radius values fit parts of other sizes"},
+      paper ? StepCount{"no_gap", f.no_gap, "had no free gap for the fingers around them",
+                        setting("finger_thickness", o.finger_thickness, "m"),
+                        "lower --finger-thickness or --finger-width, or raise --shell-gap-area-mm2 for a noisy sensor"}
+            : StepCount{"no_gap", f.no_gap, "had no place for two fingers that was seen to be empty",
+                        setting("finger_thickness", o.finger_thickness, "m") + ", " +
+                            setting("finger_depth", o.finger_depth, "m") + ", " + setting("min_free", o.min_free),
+                        "lower --finger-thickness or --min-free, or raise --finger-depth if the fingers are longer"},
+      {"shell_empty", f.shell_empty, "had a gap, but too little surface within it",
+       setting("shell_inner_area_mm2", o.shell_inner_area_mm2, "mm^2"),
+       "lower --shell-inner-area-mm2 or raise --finger-width"},
+      {"cut", f.cut, "were not looked at in time", o.deadline_ms ? setting("deadline_ms", *o.deadline_ms, "ms") : "",
+       "raise --deadline-ms, or lower --samples"},
+  };
+}
+
+std::vector<StepCount> affordance_steps(const Options& o, const Funnel& f) {
+  return {
+      {"not_aligned", f.not_aligned, "had too few aligned neighbours",
+       setting("handle_min_affordances", o.handle_min_affordances) + ", " +
+           setting("align_angle", o.align_angle, "rad") + ", " + setting("align_offset", o.align_offset, "m") + ", " +
+           setting("align_radius", o.align_radius, "m"),
+       "raise --samples, --align-angle, --align-offset or --align-radius, or lower --handle-min-affordances"},
+      {"unconfirmed", f.unconfirmed, "belonged to groups that the points of the cloud do not bear out",
+       setting("min_free", o.min_free),
+       "raise --samples; the part is short, of several pieces, or beside space that was not seen"},
+      {"too_short", f.too_short, "stood in a row too short for a handle",
+       setting("handle_min_length", o.handle_min_length, "m"),
+       "lower --handle-min-length, or raise --handle-gap or --samples"},
+      {"low_confidence", f.low_confidence, "belonged to handles of low confidence",
+       setting("min_confidence", o.effective_min_confidence()), "lower --min-confidence"},
+  };
+}
 
 std::string summary_table(const std::string& source, const Result& result, const RunTimes* times) {
   std::string text = counted(static_cast<std::int64_t>(result.handles.size()), "handle") + " in " + source;
@@ -151,15 +148,18 @@ std::string explanation(const Options& options, const Result& result) {
   const std::vector<StepCount> samples = sample_steps(options, funnel);
   std::string text = "of " + counted(funnel.samples, "sample") + ":\n";
   for (const StepCount& step : samples) text += counts(step, funnel.samples);
-  text += counts({funnel.affordances, "gave an affordance", {}, {}}, funnel.samples);
+  text += counts({"affordances", funnel.affordances, "gave an affordance", {}, {}}, funnel.samples);
   std::string what_helps = advice(samples, funnel.samples, 3);
   if (funnel.affordances > 0) {
     const std::vector<StepCount> affordances = affordance_steps(options, funnel);
     text += "of " + counted(funnel.affordances, "affordance") + ":\n";
     for (const StepCount& step : affordances) text += counts(step, funnel.affordances);
-    text += counts(
-        {funnel.in_handles, "ended in " + counted(static_cast<std::int64_t>(result.handles.size()), "handle"), {}, {}},
-        funnel.affordances);
+    text += counts({"in_handles",
+                    funnel.in_handles,
+                    "ended in " + counted(static_cast<std::int64_t>(result.handles.size()), "handle"),
+                    {},
+                    {}},
+                   funnel.affordances);
     what_helps += advice(affordances, funnel.affordances, 2);
   }
   if (!what_helps.empty()) text += "what would change that:\n" + what_helps;

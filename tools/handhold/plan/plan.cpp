@@ -8,6 +8,7 @@
 #include "cloud_input.h"
 #include "command_line.h"
 #include "handhold/localizer.h"
+#include "html/page.h"
 #include "kernels.h"
 #include "option_arguments.h"
 #include "picture.h"
@@ -25,7 +26,7 @@ struct Arguments {
   CloudArguments input;
   planning::ArmArguments arm;
   OptionArguments options;
-  std::string json, picture;
+  std::string json, picture, html;
 };
 
 int run(const Arguments& a) {
@@ -36,11 +37,12 @@ int run(const Arguments& a) {
   plan::GraspPlanner planner(chosen.arm, planning::planner_options(a.arm, chosen.arm));
   planning::add_known(a.arm, planner.obstacles());
   if (const char* problem = kernels::isa_error()) throw UsageError(problem);
-  check_result_paths(a.json, a.picture, input.path());
+  check_result_paths({a.json, a.picture, a.html}, input.path());
 
   Cloud cloud;
   Result result;
   plan::Plan plan;
+  Page page;
   {
     Progress progress;
     progress.show("reading " + input.path());
@@ -51,6 +53,7 @@ int run(const Arguments& a) {
     localizer.localize(cloud.view(), result);
     const std::string failure = why_failed(input.path(), cloud.view(), options, result);
     if (!failure.empty()) throw std::runtime_error(failure);
+    if (!a.html.empty()) page.samples = localizer.samples();
     progress.show("planning");
     // The arm stands where the camera may see it.
     plan::CloudObstacleOptions seen;
@@ -76,6 +79,14 @@ int run(const Arguments& a) {
     picture.lines = planning::plan_lines(chosen.arm, plan, T_base_camera);
     write_picture(a.picture, cloud.view(), cloud.rgb, result, picture);
   }
+  if (!a.html.empty()) {
+    page.name = input.name();
+    page.cloud = &cloud;
+    page.options = &options;
+    page.result = &result;
+    page.plan = planning::page_plan(chosen.arm, chosen.name, plan, T_base_camera);
+    write_page(a.html, page);
+  }
   if (a.json.empty()) write_and_flush(stdout, table, "standard output");
   return 0;
 }
@@ -94,6 +105,8 @@ Subcommand add_plan(CLI::App& parent) {
   add_text_flag(*app, "--json", a->json, "F", "Write the grasps as JSON; '-' is standard output", output);
   add_text_flag(*app, "--picture", a->picture, "F.png",
                 "Write a picture of the cloud, its handles and the hand at each grasp", output);
+  add_text_flag(*app, "--html", a->html, "F.html",
+                "Write a page that shows them in three dimensions; it opens in a browser, without a network", output);
   add_option_flags(*app, a->options.texts);
   return {app, [a] { return run(*a); }};
 }

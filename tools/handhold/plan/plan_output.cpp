@@ -3,6 +3,7 @@
 #include <cmath>
 #include <cstdio>
 #include <nlohmann/json.hpp>
+#include <utility>
 
 #include "result_json.h"
 
@@ -97,6 +98,39 @@ std::vector<Line> cylinder_edges(double radius, double length, const plan::Pose&
   return lines;
 }
 
+/// A shape of the hand as it stands at a grasp, open.
+struct HandShape {
+  const plan::Shape* shape;
+  plan::Pose T_camera_shape;
+};
+std::vector<HandShape> hand_at(const plan::Arm& arm, const plan::Grasp& grasp, const plan::Pose& T_camera_base) {
+  const std::vector<plan::Pose> links = arm.link_poses(arm.rest(), grasp.opening);
+  const plan::Pose tip = T_camera_base * grasp.grasp;
+  const plan::Pose T_camera_links = tip * links[arm.link_index(arm.tip())].inverse();
+  std::vector<HandShape> hand;
+  for (const plan::Shape& shape : arm.shapes()) {
+    if (arm.link_joints()[shape.link] != arm.joints().size()) continue;
+    const plan::Pose T = T_camera_links * links[shape.link] * shape.T_link_shape;
+    if (std::hypot(T.t[0] - tip.t[0], T.t[1] - tip.t[1], T.t[2] - tip.t[2]) > kHandSize) continue;
+    hand.push_back({&shape, T});
+  }
+  return hand;
+}
+
+PageBody page_body(const HandShape& part) {
+  const plan::Shape& shape = *part.shape;
+  const double across = 2 * shape.radius;
+  switch (shape.kind) {
+    case plan::Shape::Kind::kBox:
+      return {PageBody::Kind::kBox, shape.size, part.T_camera_shape};
+    case plan::Shape::Kind::kCapsule:
+      return {PageBody::Kind::kCylinder, {across, across, shape.length}, part.T_camera_shape};
+    case plan::Shape::Kind::kSphere:
+      break;
+  }
+  return {PageBody::Kind::kSphere, {across, across, across}, part.T_camera_shape};
+}
+
 }  // namespace
 
 std::string plan_json(const plan::Arm& arm, const std::string& name, const std::vector<Handle>& handles,
@@ -142,24 +176,42 @@ std::string plan_table(const plan::Arm& arm, const plan::Plan& plan) {
 
 std::vector<PictureLine> plan_lines(const plan::Arm& arm, const plan::Plan& plan, const plan::Pose& T_base_camera) {
   const plan::Pose T_camera_base = T_base_camera.inverse();
-  const std::size_t tip = arm.link_index(arm.tip());
   std::vector<PictureLine> lines;
   for (const plan::Grasp& grasp : plan.grasps) {
-    const std::vector<plan::Pose> links = arm.link_poses(arm.rest(), grasp.opening);
-    const plan::Pose T_camera_links = T_camera_base * grasp.grasp * links[tip].inverse();
-    const plan::Pose tip_now = T_camera_base * grasp.grasp;
-    for (const plan::Shape& shape : arm.shapes()) {
-      if (arm.link_joints()[shape.link] != arm.joints().size()) continue;
-      const plan::Pose T = T_camera_links * links[shape.link] * shape.T_link_shape;
-      if (std::hypot(T.t[0] - tip_now.t[0], T.t[1] - tip_now.t[1], T.t[2] - tip_now.t[2]) > kHandSize) continue;
-      const bool is_box = shape.kind == plan::Shape::Kind::kBox;
-      for (const Line& edge : is_box ? box_edges(shape.size, T) : cylinder_edges(shape.radius, shape.length, T)) {
+    for (const auto& [shape, T] : hand_at(arm, grasp, T_camera_base)) {
+      const bool is_box = shape->kind == plan::Shape::Kind::kBox;
+      for (const Line& edge : is_box ? box_edges(shape->size, T) : cylinder_edges(shape->radius, shape->length, T)) {
         lines.push_back({edge, grasp.handle});
       }
     }
     lines.push_back({{T_camera_base.point(grasp.pregrasp.t), T_camera_base.point(grasp.grasp.t)}, grasp.handle});
   }
   return lines;
+}
+
+PagePlan page_plan(const plan::Arm& arm, const std::string& name, const plan::Plan& plan,
+                   const plan::Pose& T_base_camera) {
+  const plan::Pose T_camera_base = T_base_camera.inverse();
+  PagePlan page;
+  page.arm = name;
+  page.base = arm.base();
+  page.tip = arm.tip();
+  page.T_base_cloud = T_base_camera;
+  for (const plan::Grasp& grasp : plan.grasps) {
+    PageGrasp shown;
+    shown.handle = grasp.handle;
+    for (const HandShape& part : hand_at(arm, grasp, T_camera_base)) shown.hand.push_back(page_body(part));
+    shown.from = T_camera_base.point(grasp.pregrasp.t);
+    shown.to = T_camera_base.point(grasp.grasp.t);
+    shown.width = grasp.width;
+    shown.opening = grasp.opening;
+    shown.time = grasp.times.back();
+    page.grasps.push_back(std::move(shown));
+  }
+  for (const plan::Rejection& rejection : plan.rejected) {
+    page.rejected.push_back({rejection.handle, with_what(rejection.reason, rejection.what)});
+  }
+  return page;
 }
 
 }  // namespace handhold::planning

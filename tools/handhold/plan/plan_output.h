@@ -1,10 +1,11 @@
-// A plan as JSON, as a table and as lines of a picture.
+// A plan as JSON, as a table, as lines of a picture and as a part of a page.
 #pragma once
 
 #include <string>
 #include <vector>
 
 #include "handhold/planner.h"
+#include "html/page.h"
 #include "picture.h"
 
 namespace handhold::planning {
@@ -18,5 +19,9 @@ std::string plan_table(const plan::Arm& arm, const plan::Plan& plan);
 
 /// The hand's outline at each grasp, and the way that it comes, in the camera's frame.
 std::vector<PictureLine> plan_lines(const plan::Arm& arm, const plan::Plan& plan, const plan::Pose& T_base_camera);
+
+/// The hand at each grasp, and why other handles have none, in the camera's frame.
+PagePlan page_plan(const plan::Arm& arm, const std::string& name, const plan::Plan& plan,
+                   const plan::Pose& T_base_camera);
 
 }  // namespace handhold::planning
