@@ -46,7 +46,7 @@ Coordinate find(const PointCloudMessage& message, std::string_view name) {
   return {field->offset, is_double};
 }
 
-/// 64 bits hold every product of two of the message's numbers.
+/// 64 bits hold every product of two of the message's numbers, and here every sum: a row is no longer than row_step.
 void check_sizes(const PointCloudMessage& message) {
   const std::uint64_t row = std::uint64_t{message.width} * message.point_step;
   if (message.height > 1 && message.row_step < row) {
@@ -54,13 +54,11 @@ void check_sizes(const PointCloudMessage& message) {
                        std::to_string(row));
   }
   // The last row may end with its last point.
-  const std::uint64_t rows_before = message.height > 1 ? std::uint64_t{message.height - 1} * message.row_step : 0;
-  const std::uint64_t limit = std::numeric_limits<std::uint64_t>::max() - row;
-  if (rows_before > limit || rows_before + row > message.size) {
+  const std::uint64_t needed = row + (message.height - std::uint64_t{1}) * (message.height > 1 ? message.row_step : 0);
+  if (needed > message.size) {
     throw MessageError("data has " + std::to_string(message.size) + " bytes; " + std::to_string(message.width) + " x " +
                        std::to_string(message.height) + " points of point_step = " +
-                       std::to_string(message.point_step) + " need " +
-                       (rows_before > limit ? "more than there can be" : std::to_string(rows_before + row)));
+                       std::to_string(message.point_step) + " need " + std::to_string(needed));
   }
 }
 
