@@ -123,7 +123,7 @@ TEST(PointCloudReader, ReadsEveryLayout) {
             for (const std::uint32_t row_padding : {0u, 5u}) {
               for (const auto& [width, height] : {std::pair(3u, 2u), std::pair(6u, 1u), std::pair(1u, 6u)}) {
                 for (const bool short_last_row : {false, true}) {
-                  const Layout layout = {doubles, big,         width,     height,        before,
+                  const Layout layout = {doubles, big,         width,       height,    before,
                                          between, before + 4u, row_padding, backwards, short_last_row};
                   const Message message = message_of(layout);
                   expect_coordinates(read(reader, message), layout);
@@ -255,14 +255,18 @@ TEST(PointCloudReader, RefusesWhatContradictsItself) {
 // ---- Frames ---------------------------------------------------------------------------------------------------------
 
 /// A rotation about an odd axis, and a shift.
-Motion some_motion() { return motion({0.1, -0.5, 0.3, std::sqrt(1 - 0.35)}, {0.4, -2, 7}); }
+Motion some_motion() {
+  return motion({0.1, -0.5, 0.3, std::sqrt(1 - 0.35)}, {0.4, -2, 7});
+}
 
 void expect_near(const Vector3& a, const Vector3& b, double tolerance) {
   for (int i = 0; i < 3; ++i) EXPECT_NEAR(a[i], b[i], tolerance) << i;
 }
 
 /// Where a quaternion turns a unit vector.
-Vector3 turned(const Quaternion& q, const Vector3& v) { return rotated(motion(q, {}).R, v); }
+Vector3 turned(const Quaternion& q, const Vector3& v) {
+  return rotated(motion(q, {}).R, v);
+}
 
 TEST(Motion, InverseAndProductAgree) {
   const Motion T = some_motion();
@@ -496,8 +500,9 @@ TEST(Messages, CarryAffordances) {
   ASSERT_EQ(list.affordances.size(), 3u);
   const handhold_ros::Affordance& a = list.affordances[2];
   EXPECT_EQ(a.pose.position.z, 3);
-  expect_near(turned({a.pose.orientation.x, a.pose.orientation.y, a.pose.orientation.z, a.pose.orientation.w}, {1, 0, 0}),
-              {0, 0, 1}, 1e-12);
+  expect_near(
+      turned({a.pose.orientation.x, a.pose.orientation.y, a.pose.orientation.z, a.pose.orientation.w}, {1, 0, 0}),
+      {0, 0, 1}, 1e-12);
   EXPECT_EQ(a.axis.x, 1);
   EXPECT_EQ(a.normal.z, -1);
   EXPECT_EQ(a.radius, 0.01);

@@ -335,6 +335,13 @@ class Parameters(Base):
         self.assertEqual(self.extent(node, affordances, got), 0.018)
         self.assertTrue(node.lives())
 
+    def test_names_that_are_none(self):
+        node = self.start("node", [session.program("handhold_node"), f"__name:={self.name}", "cloud:=/my camera",
+                                   f"cloud:=/{self.name}_cloud"])
+        wait_for(lambda: "clouds from" in node.log(), "the node", explain=node.log)
+        self.assertIn("'cloud:=/my camera' is no remapping and was left out", node.log())
+        self.expect_cylinder(self.search(node, cloud_message(), self.handles()))
+
     def test_topic_without_clouds(self):
         from std_msgs.msg import String
 
@@ -403,6 +410,30 @@ class Frames(Base):
         message = self.search(node, cloud_message(frame="hall", points=moved), got)
         self.assertEqual(len(message.handles), 1)
         self.assertAlmostEqual(message.handles[0].pose.position.z, CENTER[2] + 0.3, delta=0.002)
+
+    def test_camera_that_moves(self):
+        from geometry_msgs.msg import TransformStamped
+        from handhold_ros.msg import TrackList
+        from tf2_msgs.msg import TFMessage
+
+        node = self.start_node(fixed_frame="ground", transform_timeout=60)
+        tracks = self.listen(f"/{self.name}/tracks", TrackList)
+        wait_for(lambda: self.subscribers[-1].get_num_connections() > 0, "a connection to the node")
+        got = self.handles()
+        transforms = self.connected(rospy.Publisher("/tf", TFMessage, queue_size=10))
+        self.subscribers.append(transforms)
+        for age in (1, 2, 3):
+            # 0.2 m to the right each time: more than a handle may jump.
+            x = 0.2 * age
+            message = cloud_message(frame="dolly", points=[(p[0] - x, p[1], p[2]) for p in cylinder()])
+            t = TransformStamped()
+            t.header.stamp, t.header.frame_id, t.child_frame_id = message.header.stamp, "ground", "dolly"
+            t.transform.translation.x, t.transform.rotation.w = x, 1
+            transforms.publish(TFMessage([t]))
+            self.search(node, message, got)
+            wait_for(lambda: len(tracks) == age, "tracks", explain=node.log)
+            self.assertEqual([(t.id, t.age) for t in tracks[-1].tracks], [(1, age)])
+            self.assertAlmostEqual(tracks[-1].tracks[0].handle.pose.position.x, CENTER[0] - x, delta=0.005)
 
     def test_plan(self):
         from handhold_ros.srv import PlanGrasps

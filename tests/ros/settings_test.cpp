@@ -77,13 +77,14 @@ TEST(Settings, WhatIsWrongStaysAsItWas) {
   EXPECT_EQ(s.input_timeout, 9);
   EXPECT_EQ(s.hand, "");
   ASSERT_EQ(problems.size(), 7u);
-  const Problems expected = {"parameter /node/hand = 'pr2': must be 'baxter', or empty",
-                             "parameter /node/track = 'yes': must be true or false",
-                             "parameter /node/input_timeout = '-3': must be from 0.01 to 3600 s",
-                             "unknown parameter /node/hand_apertur; did you mean 'hand_aperture'?",
-                             "unknown parameter /node/zzzzzzzz; parameters are the names of options, as in hand_aperture",
-                             "parameter /node/samples = 'many': must be a whole number",
-                             "parameter /node/finger_width = -1"};
+  const Problems expected = {
+      "parameter /node/hand = 'pr2': must be 'baxter', or empty",
+      "parameter /node/track = 'yes': must be true or false",
+      "parameter /node/input_timeout = '-3': must be from 0.01 to 3600 s",
+      "unknown parameter /node/hand_apertur; did you mean 'hand_aperture'?",
+      "unknown parameter /node/zzzzzzzz; parameters are the names of options, as in hand_aperture",
+      "parameter /node/samples = 'many': must be a whole number",
+      "parameter /node/finger_width = -1"};
   for (std::size_t i = 0; i < expected.size(); ++i) EXPECT_EQ(problems[i].substr(0, expected[i].size()), expected[i]);
   // Nothing that was refused is in them.
   EXPECT_NO_THROW(s.options.validate());
@@ -111,7 +112,8 @@ TEST(Settings, HandThenFileThenParameters) {
   std::ofstream(path) << "finger_width = 0.019\nfinger_widht = 0.018\n";
   s = read({{"config", path}}, problems, s);
   ASSERT_EQ(problems.size(), 1u);
-  EXPECT_EQ(problems[0], "parameter /node/config: " + path + ", line 2: unknown key 'finger_widht'; did you mean 'finger_width'?");
+  EXPECT_EQ(problems[0],
+            "parameter /node/config: " + path + ", line 2: unknown key 'finger_widht'; did you mean 'finger_width'?");
   EXPECT_EQ(s.options.finger_width, 0.017);
   std::remove(path.c_str());
 }

@@ -19,9 +19,9 @@ std::string about_parameters(std::string message) {
 ArmSettings arm_settings(const Texts& arm) {
   using planning::ArmArguments;
   constexpr std::pair<const char*, std::string ArmArguments::*> kMembers[] = {
-      {"arm", &ArmArguments::arm},         {"arm_file", &ArmArguments::arm_file}, {"fingers", &ArmArguments::fingers},
-      {"slot", &ArmArguments::slot},       {"tip", &ArmArguments::tip},           {"start", &ArmArguments::start},
-      {"table", &ArmArguments::table},     {"order", &ArmArguments::order},       {"grasps", &ArmArguments::grasps}};
+      {"arm", &ArmArguments::arm},     {"arm_file", &ArmArguments::arm_file}, {"fingers", &ArmArguments::fingers},
+      {"slot", &ArmArguments::slot},   {"tip", &ArmArguments::tip},           {"start", &ArmArguments::start},
+      {"table", &ArmArguments::table}, {"order", &ArmArguments::order},       {"grasps", &ArmArguments::grasps}};
   ArmArguments arguments;
   for (const auto& [name, member] : kMembers) {
     const auto given = arm.find(name);

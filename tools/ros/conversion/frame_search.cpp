@@ -30,6 +30,8 @@ void FrameSearch::search() {
   if (track_) tracker_.update(result_.handles, place_.T_now_last);
 }
 
-void FrameSearch::begin_anew() { tracker_ = Tracker(); }
+void FrameSearch::begin_anew() {
+  tracker_ = Tracker();
+}
 
 }  // namespace handhold::ros_bridge

@@ -14,9 +14,9 @@ namespace handhold::ros_bridge {
 
 /// What transforms say of a cloud.
 struct FramePlace {
-  std::optional<Motion> T_workspace_cloud;               ///< none: the workspace is in the cloud's frame
+  std::optional<Motion> T_workspace_cloud;              ///< none: the workspace is in the cloud's frame
   std::optional<Vector3> viewpoint = Vector3{0, 0, 0};  ///< m; cloud frame; none: no single viewpoint
-  Motion T_now_last;                                     ///< from the last cloud's frame to this one's
+  Motion T_now_last;                                    ///< from the last cloud's frame to this one's
 };
 
 /// Serves one cloud at a time. Holds the localizer and all memory, which is reused from cloud to cloud.

@@ -39,9 +39,9 @@ class FrameStatistics {
 
   struct Summary {
     std::vector<std::pair<std::string, std::string>> values;  ///< names and texts for people and programs
-    std::string message;  ///< one line; why the last frame was skipped, or what came out of it
-    bool skipping = false;     ///< the last frame was skipped
-    bool not_searched = false; ///< the last frame had no points, or nothing in it could be searched
+    std::string message;        ///< one line; why the last frame was skipped, or what came out of it
+    bool skipping = false;      ///< the last frame was skipped
+    bool not_searched = false;  ///< the last frame had no points, or nothing in it could be searched
     std::uint64_t received = 0;
   };
   Summary summary() const;
@@ -61,8 +61,9 @@ class FrameStatistics {
 /// Everything but stamps, as a diagnostic_msgs/DiagnosticStatus of ROS 1 or ROS 2.
 template <class DiagnosticStatus>
 void to_message(const FrameStatistics::Summary& summary, DiagnosticStatus& out) {
-  out.level = summary.skipping ? DiagnosticStatus::ERROR
-                               : summary.not_searched ? DiagnosticStatus::WARN : DiagnosticStatus::OK;
+  out.level = summary.skipping       ? DiagnosticStatus::ERROR
+              : summary.not_searched ? DiagnosticStatus::WARN
+                                     : DiagnosticStatus::OK;
   out.message = summary.message;
   out.values.resize(summary.values.size());
   for (std::size_t i = 0; i < summary.values.size(); ++i) {

@@ -36,7 +36,8 @@ class MarkerWriter {
       lines.scale.x = 0.001;
       color(0.2, 0.6, 1, 0.8, lines);
       for (const Affordance& affordance : result.affordances) {
-        for (const double side : {-0.5, 0.5}) add_point(along(affordance.center, affordance.axis, side * extent), lines);
+        for (const double side : {-0.5, 0.5})
+          add_point(along(affordance.center, affordance.axis, side * extent), lines);
       }
     }
   }

@@ -5,15 +5,17 @@
 namespace handhold::ros_bridge {
 namespace {
 
-double dot(const Vector3& a, const Vector3& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+double dot(const Vector3& a, const Vector3& b) {
+  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
 Vector3 cross(const Vector3& a, const Vector3& b) {
   return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
 }
 
 /// An axis has no sign: its largest component is positive.
 void fix_sign(Vector3& axis) {
-  const auto largest = std::max_element(axis.begin(), axis.end(),
-                                        [](double a, double b) { return std::fabs(a) < std::fabs(b); });
+  const auto largest =
+      std::max_element(axis.begin(), axis.end(), [](double a, double b) { return std::fabs(a) < std::fabs(b); });
   if (*largest < 0) axis = {-axis[0], -axis[1], -axis[2]};
 }
 

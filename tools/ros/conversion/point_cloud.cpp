@@ -50,8 +50,8 @@ Coordinate find(const PointCloudMessage& message, std::string_view name) {
 void check_sizes(const PointCloudMessage& message) {
   const std::uint64_t row = std::uint64_t{message.width} * message.point_step;
   if (message.height > 1 && message.row_step < row) {
-    throw MessageError("row_step = " + std::to_string(message.row_step) + " is less than width * point_step = " +
-                       std::to_string(row));
+    throw MessageError("row_step = " + std::to_string(message.row_step) +
+                       " is less than width * point_step = " + std::to_string(row));
   }
   // The last row may end with its last point.
   const std::uint64_t needed = row + (message.height - std::uint64_t{1}) * (message.height > 1 ? message.row_step : 0);

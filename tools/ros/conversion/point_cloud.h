@@ -1,5 +1,5 @@
-// From the bytes of a PointCloud2 to the library's view of a cloud. Knows no ROS: the message of ROS 1 and that of ROS 2
-// have the same fields, and both fit point_cloud_view().
+// From the bytes of a PointCloud2 to the library's view of a cloud. Knows no ROS: the message of ROS 1 and that of ROS
+// 2 have the same fields, and both fit point_cloud_view().
 #pragma once
 
 #include <cstddef>
@@ -58,10 +58,10 @@ void point_cloud_view(const PointCloud2& message, PointCloudMessage& view) {
 /// Reads clouds out of messages; its memory is reused from one to the next.
 class PointCloudReader {
  public:
-  /// The cloud of a message, in metres as they stand there. Three floats in a row, in the byte order of this machine and
-  /// without gaps between rows, are seen where they lie; every other layout is copied into memory of the reader. Either
-  /// must live as long as the view is used. Values beyond the range of float count as not measured. `is_dense` is not
-  /// asked for: what is not finite is not measured, whatever it says.
+  /// The cloud of a message, in metres as they stand there. Three floats in a row, in the byte order of this machine
+  /// and without gaps between rows, are seen where they lie; every other layout is copied into memory of the reader.
+  /// Either must live as long as the view is used. Values beyond the range of float count as not measured. `is_dense`
+  /// is not asked for: what is not finite is not measured, whatever it says.
   /// @param T_target_cloud  not null: the cloud is brought into that frame, by a copy. The viewpoint is left to the
   ///                        caller.
   /// @throws MessageError

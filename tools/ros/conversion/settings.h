@@ -1,5 +1,5 @@
-// The node's parameters: the library's options by their names, and what only a node has. Knows no ROS: parameters come as
-// texts by name.
+// The node's parameters: the library's options by their names, and what only a node has. Knows no ROS: parameters come
+// as texts by name.
 #pragma once
 
 #include <functional>

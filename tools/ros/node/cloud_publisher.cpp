@@ -15,9 +15,9 @@ namespace {
 sensor_msgs::PointCloud2 message_of(const handhold::Cloud& cloud) {
   constexpr std::uint32_t kStep = 16;
   sensor_msgs::PointCloud2 message;
-  sensor_msgs::PointCloud2Modifier(message).setPointCloud2Fields(
-      3, "x", 1, sensor_msgs::PointField::FLOAT32, "y", 1, sensor_msgs::PointField::FLOAT32, "z", 1,
-      sensor_msgs::PointField::FLOAT32);
+  sensor_msgs::PointCloud2Modifier(message).setPointCloud2Fields(3, "x", 1, sensor_msgs::PointField::FLOAT32, "y", 1,
+                                                                 sensor_msgs::PointField::FLOAT32, "z", 1,
+                                                                 sensor_msgs::PointField::FLOAT32);
   message.width = cloud.width;
   message.height = cloud.height;
   message.point_step = kStep;

@@ -14,8 +14,12 @@
 namespace handhold::ros_bridge {
 namespace {
 
-double ms(const ros::WallDuration& duration) { return 1e3 * duration.toSec(); }
-double ms(const ros::Duration& duration) { return 1e3 * duration.toSec(); }
+double ms(const ros::WallDuration& duration) {
+  return 1e3 * duration.toSec();
+}
+double ms(const ros::Duration& duration) {
+  return 1e3 * duration.toSec();
+}
 
 /// How often the timer asks whether something is due (s).
 constexpr double kTick = 0.1;
@@ -202,8 +206,8 @@ std::vector<std::string> Node::read_parameters() {
   std::vector<std::string> problems;
   const std::string& where = private_node_.getNamespace();
   const Texts texts = server_parameters(where, problems);
-  auto fresh = std::make_shared<const Settings>(
-      read_settings(texts, *settings(), where, planning_arm_options(), problems));
+  auto fresh =
+      std::make_shared<const Settings>(read_settings(texts, *settings(), where, planning_arm_options(), problems));
   for (const std::string& problem : problems) ROS_ERROR("%s", problem.c_str());
   const std::lock_guard<std::mutex> lock(mutex_);
   settings_ = std::move(fresh);
@@ -303,8 +307,8 @@ std::string Node::why_no_cloud() const {
   } else {
     text += "nobody publishes it";
   }
-  return text + (others.empty() ? std::string("; no other topic has clouds")
-                                : "; remap 'cloud' to one of these: " + others);
+  return text +
+         (others.empty() ? std::string("; no other topic has clouds") : "; remap 'cloud' to one of these: " + others);
 }
 
 }  // namespace handhold::ros_bridge

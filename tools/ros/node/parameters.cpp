@@ -36,7 +36,8 @@ std::string text_of(XmlRpcValue& value) {
       throw std::invalid_argument("is a list with something else than numbers in it; must be numbers only");
     }
     default:
-      throw std::invalid_argument("is a group of parameters; must be a number, a text, true or false, or a list of numbers");
+      throw std::invalid_argument(
+          "is a group of parameters; must be a number, a text, true or false, or a list of numbers");
   }
 }
 

@@ -34,8 +34,9 @@ ArmOptions planning_arm_options() {
 void plan_grasps(const SearchedFrame& frame, const Settings& settings, const Lookup& lookup,
                  const handhold_ros::PlanGrasps::Request& request, handhold_ros::PlanGrasps::Response& response) {
   if (settings.arm.empty()) {
-    throw std::invalid_argument("no arm is chosen; set the parameter arm ('right' or 'left' of Baxter) or arm_file, and "
-                                "call reload");
+    throw std::invalid_argument(
+        "no arm is chosen; set the parameter arm ('right' or 'left' of Baxter) or arm_file, and "
+        "call reload");
   }
   if (!frame.cloud) throw std::invalid_argument("no cloud has been searched yet");
   const std_msgs::Header& header = frame.cloud->header;
@@ -61,8 +62,8 @@ void plan_grasps(const SearchedFrame& frame, const Settings& settings, const Loo
   plan::Plan plan;
   // The arm stands where the camera may see it.
   plan::CloudObstacleOptions seen;
-  seen.own = plan::bodies_of(planner.arm(), planner.options().start.empty() ? planner.arm().rest()
-                                                                            : planner.options().start);
+  seen.own =
+      plan::bodies_of(planner.arm(), planner.options().start.empty() ? planner.arm().rest() : planner.options().start);
   with_threads(settings.options.threads, [&] {
     planner.obstacles().set_cloud(reader.read(message), T_base_cloud, seen);
     plan = planner.plan(frame.handles, T_base_cloud);

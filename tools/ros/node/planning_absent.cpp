@@ -4,7 +4,9 @@
 
 namespace handhold::ros_bridge {
 
-ArmOptions planning_arm_options() { return nullptr; }
+ArmOptions planning_arm_options() {
+  return nullptr;
+}
 
 void plan_grasps(const SearchedFrame&, const Settings&, const Lookup&, const handhold_ros::PlanGrasps::Request&,
                  handhold_ros::PlanGrasps::Response&) {
