@@ -1,5 +1,5 @@
-# Debian's ROS 1. Sets HANDHOLD_ROS_FOUND or HANDHOLD_ROS_MISSING, and what ros/CMakeLists.txt needs. Libraries are looked
-# for one by one: the packages' own configurations of tf2_ros and of the messages need catkin.
+# Debian's ROS 1. Sets HANDHOLD_ROS_FOUND or HANDHOLD_ROS_MISSING, and what the CMakeLists.txt beside this needs. Libraries
+# are looked for one by one: the packages' own configurations of tf2_ros and of the messages need catkin.
 set(HANDHOLD_ROS_MISSING "")
 # The generators are modules of Debian's Python; another python3 may come first in PATH.
 find_program(HANDHOLD_ROS_PYTHON python3 PATHS /usr/bin NO_DEFAULT_PATH DOC "Python that has Debian's genmsg")
@@ -21,7 +21,8 @@ foreach(package std_srvs diagnostic_msgs sensor_msgs visualization_msgs trajecto
     list(APPEND HANDHOLD_ROS_MISSING ${debian})
   endif()
 endforeach()
-mark_as_advanced(HANDHOLD_ROS_PYTHON HANDHOLD_ROS_SHARE HANDHOLD_ROS_GENCPP HANDHOLD_ROS_GENPY HANDHOLD_TF2_ROS HANDHOLD_TF2)
+mark_as_advanced(HANDHOLD_ROS_PYTHON HANDHOLD_ROS_SHARE HANDHOLD_ROS_GENCPP HANDHOLD_ROS_GENPY HANDHOLD_TF2_ROS
+                 HANDHOLD_TF2)
 foreach(pair HANDHOLD_ROS_PYTHON:python3 HANDHOLD_ROS_GENCPP:python3-gencpp HANDHOLD_ROS_GENPY:python3-genpy
              HANDHOLD_ROS_SHARE:ros-std-msgs HANDHOLD_TF2_ROS:libtf2-ros-dev HANDHOLD_TF2:libtf2-dev)
   string(REPLACE ":" ";" pair ${pair})

@@ -138,6 +138,12 @@ void Node::search(const Arrived& arrived) {
   search_->search();
   const ros::WallTime found = ros::WallTime::now();
   if (search_->result().status == Status::kCancelled) return;
+  {
+    // First: who gets these handles may ask for grasps of them at once.
+    const std::lock_guard<std::mutex> lock(mutex_);
+    searched_.cloud = arrived.cloud;
+    searched_.handles = search_->result().handles;
+  }
   publish(cloud);
   const ros::WallTime sent = ros::WallTime::now();
 
@@ -147,9 +153,6 @@ void Node::search(const Arrived& arrived) {
   times.publish = ms(sent - found);
   times.total = ms(ros::Time::now() - cloud.header.stamp);
   statistics_.searched(sent.toSec(), times, search_->result());
-  const std::lock_guard<std::mutex> lock(mutex_);
-  searched_.cloud = arrived.cloud;
-  searched_.handles = search_->result().handles;
 }
 
 FramePlace Node::place_of(const Cloud& cloud) {
