@@ -299,6 +299,29 @@ TEST(Motion, OrientationHasTheAxisAsZAndTheApproachAsX) {
   expect_near(turned(quaternion_of({1, 0, 0}, {1, 0, 0}), {0, 0, 1}), {1, 0, 0}, 1e-12);
 }
 
+TEST(Motion, MovesAResult) {
+  Result result;
+  result.handles.resize(1);
+  Handle& handle = result.handles[0];
+  handle.center = {1, 2, 3};
+  handle.axis = {0, 1, 0};
+  handle.approach = {0, 1, 0};
+  handle.path = {{1, 0, 0}};
+  result.affordances.resize(1);
+  Affordance& affordance = result.affordances[0];
+  affordance.center = {1, 2, 3};
+  affordance.axis = {1, 0, 0};
+  affordance.normal = {1, 0, 0};
+  move(result, motion({0, 0, 1, 0}, {0, 0, 10}));  // half a turn about z
+  expect_near(handle.center, {-1, -2, 13}, 1e-15);
+  expect_near(handle.axis, {0, 1, 0}, 1e-15);  // has no sign: its largest component is positive
+  expect_near(handle.approach, {0, -1, 0}, 1e-15);
+  expect_near(handle.path[0], {-1, 0, 10}, 1e-15);
+  expect_near(affordance.center, {-1, -2, 13}, 1e-15);
+  expect_near(affordance.axis, {1, 0, 0}, 1e-15);
+  expect_near(affordance.normal, {-1, 0, 0}, 1e-15);
+}
+
 TEST(PointCloudReader, BringsACloudIntoAnotherFrame) {
   const Motion T = some_motion();
   for (const bool doubles : {false, true}) {
