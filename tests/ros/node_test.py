@@ -440,6 +440,13 @@ class Frames(Base):
             wait_for(lambda: len(tracks) == age, "tracks", explain=node.log)
             self.assertEqual([(t.id, t.age) for t in tracks[-1].tracks], [(1, age)])
             self.assertAlmostEqual(tracks[-1].tracks[0].handle.pose.position.x, CENTER[0] - x, delta=0.005)
+            # A cloud that is passed over, from another place, moves no track.
+            bad = cloud_message(frame="dolly")
+            bad.point_step = 0
+            t.header.stamp, t.transform.translation.x = bad.header.stamp, x + 5
+            transforms.publish(TFMessage([t]))
+            self.connected(self.publisher()).publish(bad)
+            self.diagnosis(node, lambda s, v: v.get("skipped") == str(age), "a cloud that is passed over")
 
     def test_plan(self):
         from handhold_ros.srv import PlanGrasps

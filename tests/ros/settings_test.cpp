@@ -2,6 +2,7 @@
 #include "settings.h"
 
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <cstdio>
 #include <fstream>
@@ -80,7 +81,7 @@ TEST(Settings, WhatIsWrongStaysAsItWas) {
   const Problems expected = {
       "parameter /node/hand = 'pr2': must be 'baxter', or empty",
       "parameter /node/track = 'yes': must be true or false",
-      "parameter /node/input_timeout = '-3': must be from 0.01 to 3600 s",
+      "parameter /node/input_timeout = '-3': must be from 0.1 to 3600 s",
       "unknown parameter /node/hand_apertur; did you mean 'hand_aperture'?",
       "unknown parameter /node/zzzzzzzz; parameters are the names of options, as in hand_aperture",
       "parameter /node/samples = 'many': must be a whole number",
@@ -99,7 +100,7 @@ TEST(Settings, OptionsThatDoNotGoTogetherStayAsTheyWere) {
 }
 
 TEST(Settings, HandThenFileThenParameters) {
-  const std::string path = ::testing::TempDir() + "handhold_settings_test.toml";
+  const std::string path = ::testing::TempDir() + "handhold_settings_" + std::to_string(::getpid()) + ".toml";
   std::ofstream(path) << "finger_width = 0.017\nhand_minimum = 0.03\n";
   Problems problems;
   Settings s = read({{"hand", "baxter"}, {"config", path}, {"hand_minimum", "0.02"}}, problems);

@@ -41,10 +41,10 @@ struct FromText {
     field = text == "true";
   }
   void operator()(double& field) const {
-    const double low = name == "transform_timeout" ? 0 : 0.01, high = 3600;
+    const double low = name == "transform_timeout" ? 0 : 0.1, high = 3600;
     const std::vector<double> values = parse_numbers(name, text);
     if (values.size() != 1 || values[0] < low || values[0] > high) {
-      fail(low == 0 ? "from 0 to 3600 s" : "from 0.01 to 3600 s");
+      fail(low == 0 ? "from 0 to 3600 s" : "from 0.1 to 3600 s");
     }
     field = values[0];
   }

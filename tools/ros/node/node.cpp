@@ -116,6 +116,7 @@ void Node::search(const Arrived& arrived) {
     const std::lock_guard<std::mutex> lock(mutex_);
     search_ = std::move(fresh);
     in_use_ = wanted;
+    T_fixed_now_.reset();
     T_fixed_last_.reset();
   }
   FrameTimes times;
@@ -126,6 +127,7 @@ void Node::search(const Arrived& arrived) {
 
   if (cloud.header.frame_id != last_frame_id_ || cloud.header.stamp < last_stamp_) {
     search_->begin_anew();
+    T_fixed_now_.reset();
     T_fixed_last_.reset();
   }
   last_frame_id_ = cloud.header.frame_id;
@@ -136,6 +138,7 @@ void Node::search(const Arrived& arrived) {
   search_->take(message_, place);
   const ros::WallTime converted = ros::WallTime::now();
   search_->search();
+  T_fixed_last_ = T_fixed_now_;  // only now: the tracks stay where they are when a cloud is passed over
   const ros::WallTime found = ros::WallTime::now();
   if (search_->result().status == Status::kCancelled) return;
   {
@@ -171,9 +174,8 @@ FramePlace Node::place_of(const Cloud& cloud) {
     place.viewpoint = T(frame, s.viewpoint_frame).t;
   }
   if (s.track && !s.fixed_frame.empty()) {
-    const Motion T_fixed_now = T(s.fixed_frame, frame);
-    if (T_fixed_last_) place.T_now_last = inverse(T_fixed_now) * *T_fixed_last_;
-    T_fixed_last_ = T_fixed_now;
+    T_fixed_now_ = T(s.fixed_frame, frame);
+    if (T_fixed_last_) place.T_now_last = inverse(*T_fixed_now_) * *T_fixed_last_;
   }
   return place;
 }

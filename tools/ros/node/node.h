@@ -87,7 +87,7 @@ class Node {
   std::shared_ptr<const Settings> in_use_;
   std::string last_frame_id_;
   ros::Time last_stamp_;
-  std::optional<Motion> T_fixed_last_;
+  std::optional<Motion> T_fixed_now_, T_fixed_last_;
   PointCloudMessage message_;
   RepeatedError skip_error_;
   handhold_ros::HandleList handles_;
