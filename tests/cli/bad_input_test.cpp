@@ -101,6 +101,8 @@ TEST_F(BadInput, CloudsInWhichNothingCanBeFoundFailWithTheirStatus) {
   expect_status({}, "empty", {"odd.pcd", "no points"});
   expect_status(Points(100, {NAN, NAN, NAN}), "no_finite_points", {"odd.pcd", "no finite point"});
   expect_status(Points(5, {0, 0, 1}), "too_few_points", {"odd.pcd", "only 5", "--min-neighbours"});
+  expect_refusal({"cloud.pcd", "--workspace", "5", "6", "5", "6", "5", "6"}, 1,
+                 {"cloud.pcd", "none inside --workspace"});
   Points millimetres = cylinder();
   for (auto& p : millimetres) {
     for (float& value : p) value *= 20000;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <cstdio>
 
 namespace handhold {
@@ -38,6 +39,11 @@ std::string why_failed(const std::string& path, const CloudView& cloud, const Op
       return "'" + path +
              "' has no finite point: in each, a coordinate is NaN or infinite; give a cloud with measured points";
     case Status::kTooFewPoints:
+      if (options.workspace && static_cast<std::int64_t>(result.finite_points) >= options.min_neighbours) {
+        return "'" + path + "' has " + std::to_string(result.finite_points) +
+               " finite points, but none inside --workspace; give a box that holds some of them, in metres and in the "
+               "cloud's frame";
+      }
       return "'" + path + "' has only " + std::to_string(result.finite_points) +
              " finite points, fewer than one fit needs (" + std::to_string(options.min_neighbours) +
              "); give a denser cloud or lower --min-neighbours";
