@@ -159,14 +159,20 @@ double HeldObject::room(const plan::Pose& T_base_tip, const plan::Obstacles& obs
   if (points_.empty()) return kFar;
   const plan::Body all = ball(T_base_tip.point(middle_), radius_);
   const double from_all = obstacles.nearest(all, kFar).distance - care.margin;
-  const double arm_from_all = nearest(arm, all) - care.arm_margin;
+  double arm_from_all = std::numeric_limits<double>::infinity();
+  std::vector<plan::Body> near;  // of the arm's bodies
+  for (const plan::Body& body : arm) {
+    const double room = plan::distance(body, all.T_base_body.t) - all.radius - care.arm_margin;
+    arm_from_all = std::min(arm_from_all, room);
+    if (room <= 0) near.push_back(body);
+  }
   if (from_all > 0 && arm_from_all > 0) return std::min(from_all, arm_from_all);
   constexpr double kSame = 1e-3;  // m; what is where it was may seem nearer by this
   for (const Point& point : points_) {
     if (point.is_guess && !care.guesses) continue;
     const plan::Body here = ball(T_base_tip.point(point.p), 0);
     if (from_all <= 0 && obstacles.within(here, std::min(care.margin, point.apart - kSame))) return -1;
-    if (arm_from_all <= 0 && nearest(arm, here) < std::min(care.arm_margin, point.apart_arm - kSame)) return -1;
+    if (!near.empty() && nearest(near, here) < std::min(care.arm_margin, point.apart_arm - kSame)) return -1;
   }
   return 0;
 }
