@@ -200,18 +200,16 @@ class Browser:
             time.sleep(0.03)
 
     def settle(self):
-        """Waits until two frames have passed in which nothing moved; returns what the page says that it has drawn."""
-        frames = "new Promise(done => requestAnimationFrame(() => requestAnimationFrame(() => done(%s))))"
-        look = "document.documentElement.dataset.drawn + document.getElementById('leaders').innerHTML"
-        before = None
+        """Waits until the picture is still; returns what the page says that it has drawn."""
+        # What was just pressed has had its effect after two frames.
+        still = """new Promise(done => requestAnimationFrame(() => requestAnimationFrame(() =>
+          done(document.documentElement.dataset.still === "true"))))"""
         deadline = time.monotonic() + self.timeout
         while True:
-            now = self.evaluate(frames % look)
-            if now == before:
+            if self.evaluate(still):
                 return json.loads(self.evaluate("document.documentElement.dataset.drawn"))
             if time.monotonic() > deadline:
                 raise TimeoutError("the picture does not come to rest")
-            before = now
 
     # ---- A person's hands ----
 

@@ -205,6 +205,7 @@ class App {
   draw() {
     if (!this.renderer || this.requested || !this.width) return;
     this.requested = true;
+    root.dataset.still = "false";
     requestAnimationFrame((time) => this.frame(time));
   }
 
@@ -219,6 +220,7 @@ class App {
     this.render();
     this.lastFrame = moving ? time : 0;
     if (moving) this.draw();
+    root.dataset.still = String(!this.requested);
   }
 
   render() {
