@@ -185,7 +185,9 @@ class Clouds(Base):
         wait_for(lambda: len(got) >= 2 and affordances and markers and clouds, "handles", explain=node.log)
 
         message = got[0]
-        self.assertIn(message.header.stamp, [c.header.stamp for c in clouds])
+        # This listener may have met the publisher later than the node did.
+        wait_for(lambda: any(m.header.stamp == c.header.stamp for m in got for c in clouds), "a cloud's stamp",
+                 explain=node.log)
         self.assertEqual(message.header.frame_id, "some_camera")
         self.assertEqual((message.points, message.finite_points),
                          (expected["cloud"]["points"], expected["cloud"]["finite"]))
