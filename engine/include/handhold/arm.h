@@ -108,6 +108,7 @@ struct ArmModel;
 /// arm. Const functions may be called from several threads.
 class Arm {
  public:
+  /// @param urdf  text of the URDF
   /// @param base, tip  names of links; every joint between them has limits
   /// @param hand  what opens at the tip; the default has no fingers
   /// @param rest  where joints stand that nothing else moves, and where the arm's own joints are at ease; those not
@@ -145,6 +146,7 @@ class Arm {
   /// far a change of it can move the robot.
   const std::vector<double>& sweeps() const;
   /// T_base_link of every link, in the order of links().
+  /// @param q  a position for each of joints()
   /// @param opening  of the hand (m), brought into its range; none: open
   std::vector<Pose> link_poses(const JointVector& q, std::optional<double> opening = std::nullopt) const;
 

@@ -25,6 +25,8 @@ using ConfigLines = std::map<std::string, int>;
 /// values. An option that may be unset takes the string "default" for that; a list takes a single number, too. A seed
 /// above 2^63 - 1, which is no TOML integer, is a string. Values are checked for their type here, for their range by
 /// Options::validate(): only all options together, with those from other sources, can be judged.
+/// @param options  changed in place
+/// @param text  TOML
 /// @param source  name of the text in messages, usually the path
 /// @throws ConfigError for text that is no TOML, an unknown key (with the nearest known one), a value of a wrong type;
 ///         `options` is unchanged then

@@ -84,8 +84,9 @@ struct Options {
   int threads = 0;  ///< 0: the caller's TBB arena as it is; otherwise an arena of that many, or
                     ///< of as many as tbb::global_control allows when the localizer is made
 
-  /// largest radius of curvature worth a look (m)
+  /// 0..1; confidence that a handle needs
   double effective_min_confidence() const { return min_confidence.value_or(method == Method::kDefault ? 0.8 : 0); }
+  /// largest radius of curvature worth a look (m)
   double effective_reach() const { return reach ? *reach : 1.25 * hand_aperture / 2; }
   /// radii of the neighbourhoods (m)
   std::vector<double> effective_radius() const {

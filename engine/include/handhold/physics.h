@@ -117,6 +117,7 @@ class World {
   };
   /// Moves along a path, linear between its samples. It should start where the arm was last commanded to; afterwards
   /// its end stays commanded.
+  /// @param path     samples: positions of the arm's joints (rad), base first
   /// @param times    s, of each sample, increasing from 0
   /// @param opening  m, as in command
   /// @param proceed  is asked every 10 ms whether to go on; otherwise the arm holds where it should be then
