@@ -86,8 +86,7 @@ struct Options {
 
   /// 0..1; confidence that a handle needs
   double effective_min_confidence() const { return min_confidence.value_or(method == Method::kDefault ? 0.8 : 0); }
-  /// largest radius of curvature worth a look (m)
-  double effective_reach() const { return reach ? *reach : 1.25 * hand_aperture / 2; }
+  double effective_reach() const { return reach ? *reach : 1.25 * hand_aperture / 2; }  ///< as `reach` (m)
   /// radii of the neighbourhoods (m)
   std::vector<double> effective_radius() const {
     if (!radius.empty()) return radius;
