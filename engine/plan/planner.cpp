@@ -416,9 +416,10 @@ PlannerOptions checked(const Arm& arm, PlannerOptions options) {
 GraspPlanner::GraspPlanner(const Arm& arm, const PlannerOptions& options) {
   PlannerOptions ours = checked(arm, options);
   const Clearances clearances = {ours.hand_clearance, ours.self_clearance, ours.arm_clearance};
-  const Clearances on_path = {std::max(ours.hand_clearance, ours.path_clearance), ours.self_clearance,
-                              std::max(ours.arm_clearance, ours.path_clearance)};
-  impl_.reset(new Impl{arm, std::move(ours), RobotCheck(arm, clearances), RobotCheck(arm, on_path), {}});
+  RobotCheck check(arm, clearances);
+  RobotCheck on_path =
+      check.with(std::max(ours.hand_clearance, ours.path_clearance), std::max(ours.arm_clearance, ours.path_clearance));
+  impl_.reset(new Impl{arm, std::move(ours), std::move(check), std::move(on_path), {}});
 }
 GraspPlanner::~GraspPlanner() = default;
 GraspPlanner::GraspPlanner(GraspPlanner&&) noexcept = default;

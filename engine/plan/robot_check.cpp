@@ -30,10 +30,20 @@ Shape inscribed(const Shape& shape) {
 
 RobotCheck::RobotCheck(const Arm& arm, const Clearances& clearances)
     : arm_(arm), clearances_(clearances), tip_(arm.link_index(arm.tip())) {
-  clearances_.hand = std::max(clearances_.hand, kTouch);
-  clearances_.arm = std::max(clearances_.arm, kTouch);
+  keep(clearances.hand, clearances.arm);
   for (const Shape& shape : arm_.shapes()) inscribed_.push_back(inscribed(shape));
   choose_pairs();
+}
+
+void RobotCheck::keep(double hand, double arm) {
+  clearances_.hand = std::max(hand, kTouch);
+  clearances_.arm = std::max(arm, kTouch);
+}
+
+RobotCheck RobotCheck::with(double hand, double arm) const {
+  RobotCheck other = *this;
+  other.keep(hand, arm);
+  return other;
 }
 
 /// How many of the arm's joints move a shape: a cylinder stays where it is when a joint turns about its own axis.

@@ -17,6 +17,8 @@ struct Clearances {
 class RobotCheck {
  public:
   RobotCheck(const Arm& arm, const Clearances& clearances);
+  /// The same with other clearances from obstacles (m).
+  RobotCheck with(double hand, double arm) const;
 
   /// The hand's bodies (all that moves with the tip) at the tip's pose, against obstacles: what is hit.
   std::optional<std::string> hand(const Obstacles& obstacles, const Pose& T_base_tip, double opening) const;
@@ -43,6 +45,7 @@ class RobotCheck {
                                            const JointVector& to, double room_to, double opening, bool hand) const;
   std::string name_of(const Obstacles& obstacles, const Obstacles::Nearest& nearest) const;
   bool is_hand(const Shape& shape) const { return arm_.link_joints()[shape.link] == arm_.joints().size(); }
+  void keep(double hand, double arm);
   std::size_t joints_that_move(const Shape& shape) const;
   void choose_pairs();
 

@@ -16,11 +16,10 @@ constexpr double kMostTilt = 0.35;  // rad; what hangs from the hand stays betwe
 constexpr double kOverBox = 0.15;   // m; about the middle of the box
 constexpr double kFine = 0.008;     // m; what is held moves no farther between two places where it is looked at
 
-plan::PlannerOptions options_of(Care care) {
+plan::PlannerOptions clearances(double hand, double arm) {
   plan::PlannerOptions options;
-  const bool is_ample = care == Care::kAmple || care == Care::kAsTaken;
-  options.hand_clearance = is_ample ? 0.03 : 0.005;
-  options.arm_clearance = is_ample ? 0.03 : 0.015;
+  options.hand_clearance = hand;
+  options.arm_clearance = arm;
   return options;
 }
 
@@ -52,10 +51,10 @@ const char* to_string(Care care) {
 
 Carrier::Carrier(const plan::Arm& arm, const physics::Bin& bin,
                  const std::vector<std::pair<std::string, plan::Body>>& known)
-    : arm_(arm), bin_(bin) {
-  for (const Care care : kCares) {
-    planners_.emplace_back(arm, options_of(care));
-    for (const auto& [name, body] : known) planners_.back().obstacles().add(name, body);
+    : arm_(arm), bin_(bin), ample_(arm, clearances(0.03, 0.03)), narrow_(arm, clearances(0.005, 0.015)) {
+  for (const auto& [name, body] : known) {
+    ample_.obstacles().add(name, body);
+    narrow_.obstacles().add(name, body);
   }
   const std::vector<plan::Pose> open = arm.link_poses(arm.rest(), arm.hand().opening_max);
   const std::vector<plan::Pose> closed = arm.link_poses(arm.rest(), arm.hand().opening_min);
@@ -66,9 +65,8 @@ void Carrier::hold(const HeldObject& object, const plan::Pose& T_base_cloud, con
   held_ = object;
   plan::CloudObstacleOptions options;
   options.own = own;
-  for (plan::GraspPlanner& planner : planners_) {
-    planner.obstacles().set_cloud(held_.rest().view(), T_base_cloud, options);
-  }
+  ample_.obstacles().set_cloud(held_.rest().view(), T_base_cloud, options);
+  narrow_.obstacles().set_cloud(held_.rest().view(), T_base_cloud, options);
 }
 
 /// Bodies of the arm that do not touch what the hand holds: all but the fingers. A handle that turns into the palm is
@@ -157,7 +155,7 @@ double Carrier::tilt(const plan::JointVector& from, const plan::JointVector& to)
   const auto down = [&](const plan::JointVector& q) { return arm_.forward(q).inverse().direction({0, 0, -1}); };
   const Vector3 before = down(from);
   double least = 1;
-  for (const plan::JointVector& q : planners_.front().straight(from, to)) least = std::min(least, dot(before, down(q)));
+  for (const plan::JointVector& q : ample_.straight(from, to)) least = std::min(least, dot(before, down(q)));
   return std::acos(std::clamp(least, -1.0, 1.0));
 }
 
@@ -197,7 +195,7 @@ std::vector<plan::JointVector> Carrier::ends(const plan::JointVector& from) cons
 }
 
 bool Carrier::stays_over_box(const plan::JointVector& from, const plan::JointVector& to) const {
-  const std::vector<plan::JointVector> path = planners_.front().straight(from, to);
+  const std::vector<plan::JointVector> path = ample_.straight(from, to);
   return std::all_of(path.begin(), path.end(), [&](const plan::JointVector& q) {
     const Vector3 d = arm_.forward(q).t - bin_.T_world_bin.t;
     return std::hypot(d[0], d[1]) < kOverBox;

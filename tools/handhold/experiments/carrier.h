@@ -59,12 +59,14 @@ class Carrier {
   bool is_blocked(const plan::JointVector& from, const plan::JointVector& to, Care care) const;
   bool held_hits(const plan::JointVector& from, const plan::JointVector& to, Care care) const;
   std::vector<plan::Body> arm_bodies(const plan::JointVector& q) const;
-  const plan::GraspPlanner& planner(Care care) const { return planners_[static_cast<std::size_t>(care)]; }
+  const plan::GraspPlanner& planner(Care care) const {
+    return care == Care::kAmple || care == Care::kAsTaken ? ample_ : narrow_;
+  }
 
   plan::Arm arm_;
   physics::Bin bin_;
-  std::vector<plan::GraspPlanner> planners_;  ///< one for each care
-  std::vector<bool> is_finger_;               ///< of each link
+  plan::GraspPlanner ample_, narrow_;  ///< they differ in their clearances
+  std::vector<bool> is_finger_;        ///< of each link
   HeldObject held_;
 };
 
