@@ -7,26 +7,66 @@
 
 namespace handhold::HANDHOLD_LANE {
 
-/// kernels::Kernels::align. With unit axes v and centres h: d_o = |(I - v_i v_i^T) v_j| = |v_i x v_j|,
+/// What affordance i is aligned with. With unit axes v and centres h: d_o = |(I - v_i v_i^T) v_j| = |v_i x v_j|,
 /// d_c = |(I - v_i v_i^T)(h_i - h_j)|, which is not symmetric, so the larger of the two ways counts, d_r = |r_i - r_j|.
-LANE_FN void align_row(const kernels::AffordanceArrays& a, std::int32_t i, const kernels::AlignLimits& limits,
-                       std::uint32_t* row) {
-  const F16 x(a.x[i]), y(a.y[i]), z(a.z[i]), vx(a.ax[i]), vy(a.ay[i]), vz(a.az[i]), r(a.radius[i]);
-  const F16 sin2(limits.max_sin * limits.max_sin), offset2(limits.max_offset * limits.max_offset);
-  const F16 radius(limits.max_radius);
-  for (std::int32_t word = 0; word < (a.padded + 31) / 32; ++word) row[word] = 0;
-  for (std::int32_t j = 0; j < a.padded; j += 16) {
-    const F16 wx = F16::load(a.ax + j), wy = F16::load(a.ay + j), wz = F16::load(a.az + j);
-    const F16 dx = F16::load(a.x + j) - x, dy = F16::load(a.y + j) - y, dz = F16::load(a.z + j) - z;
-    const F16 cx = fnma(vz, wy, vy * wz), cy = fnma(vx, wz, vz * wx), cz = fnma(vy, wx, vx * wy);
-    const F16 s = fma(vx, dx, fma(vy, dy, vz * dz)), t = fma(wx, dx, fma(wy, dy, wz * dz));
-    const F16 one = squared_norm(fnma(s, vx, dx), fnma(s, vy, dy), fnma(s, vz, dz));
+class AlignedWith {
+ public:
+  LANE_FN AlignedWith(const kernels::AffordanceArrays& a, std::int32_t i, const kernels::AlignLimits& limits)
+      : a_(a),
+        x_(a.x[i]),
+        y_(a.y[i]),
+        z_(a.z[i]),
+        vx_(a.ax[i]),
+        vy_(a.ay[i]),
+        vz_(a.az[i]),
+        r_(a.radius[i]),
+        sin2_(limits.max_sin * limits.max_sin),
+        offset2_(limits.max_offset * limits.max_offset),
+        radius_(limits.max_radius) {}
+
+  /// Of affordances j .. j + 15.
+  LANE_FN std::uint32_t bits_from(std::int32_t j) const {
+    const F16 wx = F16::load(a_.ax + j), wy = F16::load(a_.ay + j), wz = F16::load(a_.az + j);
+    const F16 dx = F16::load(a_.x + j) - x_, dy = F16::load(a_.y + j) - y_, dz = F16::load(a_.z + j) - z_;
+    const F16 cx = fnma(vz_, wy, vy_ * wz), cy = fnma(vx_, wz, vz_ * wx), cz = fnma(vy_, wx, vx_ * wy);
+    const F16 s = fma(vx_, dx, fma(vy_, dy, vz_ * dz)), t = fma(wx, dx, fma(wy, dy, wz * dz));
+    const F16 one = squared_norm(fnma(s, vx_, dx), fnma(s, vy_, dy), fnma(s, vz_, dz));
     const F16 other = squared_norm(fnma(t, wx, dx), fnma(t, wy, dy), fnma(t, wz, dz));
-    const M16 aligned = (squared_norm(cx, cy, cz) <= sin2) & (one <= offset2) & (other <= offset2) &
-                        (abs(F16::load(a.radius + j) - r) <= radius);
-    row[j / 32] |= bits(aligned) << (j % 32);
+    return bits((squared_norm(cx, cy, cz) <= sin2_) & (one <= offset2_) & (other <= offset2_) &
+                (abs(F16::load(a_.radius + j) - r_) <= radius_));
   }
-  row[i / 32] |= 1u << (i % 32);  // rounding may put an axis at an angle to itself
+
+ private:
+  const kernels::AffordanceArrays& a_;
+  F16 x_, y_, z_, vx_, vy_, vz_, r_, sin2_, offset2_, radius_;
+};
+
+/// kernels::Kernels::align
+LANE_FN std::int32_t align_row(const kernels::AffordanceArrays& a, std::int32_t i, const kernels::AlignLimits& limits,
+                               std::uint32_t* row) {
+  const AlignedWith with(a, i, limits);
+  for (std::int32_t word = 0; word < (a.padded + 31) / 32; ++word) row[word] = 0;
+  std::int32_t n = 0;
+  for (std::int32_t j = 0; j < a.padded; j += 16) {
+    std::uint32_t aligned = with.bits_from(j);
+    if (j == i / 16 * 16) aligned |= 1u << (i % 16);  // rounding may put an axis at an angle to itself
+    row[j / 32] |= aligned << (j % 32);
+    n += count_bits(aligned);
+  }
+  return n;
+}
+
+/// The number of bits in that row.
+LANE_FN std::int32_t count_row(const kernels::AffordanceArrays& a, std::int32_t i, const kernels::AlignLimits& limits) {
+  const AlignedWith with(a, i, limits);
+  std::int32_t n = 0;
+  LANE_SIDE_BY_SIDE
+  for (std::int32_t j = 0; j < a.padded; j += 16) {
+    std::uint32_t aligned = with.bits_from(j);
+    if (j == i / 16 * 16) aligned |= 1u << (i % 16);
+    n += count_bits(aligned);
+  }
+  return n;
 }
 
 }  // namespace handhold::HANDHOLD_LANE

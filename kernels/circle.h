@@ -25,7 +25,7 @@ LANE_FN void circle_fit(const R* moments, const Vec3<R>& w, Vec3<R>& centre, R& 
   const R cxx = fnma(m.x, m.x, rxx), cxy = fnma(m.x, m.y, rxy), cxz = fnma(m.x, m.z, rxz);
   const R cyy = fnma(m.y, m.y, ryy), cyz = fnma(m.y, m.z, ryz), czz = fnma(m.z, m.z, rzz);
   // Third central moments: E[abc] - m_a E[bc] - m_b E[ac] - m_c E[ab] + 2 m_a m_b m_c.
-  const auto third = [&](int index, R ma, R mb, R mc, R bc, R ac, R ab) __attribute__((always_inline)) {
+  const auto third = [&](int index, R ma, R mb, R mc, R bc, R ac, R ab) LANE_INLINE {
     R t = moments[index] * inverse_n;
     t = fnma(ma, bc, t), t = fnma(mb, ac, t), t = fnma(mc, ab, t);
     return fma(R(2.0) * ma, mb * mc, t);
@@ -38,7 +38,7 @@ LANE_FN void circle_fit(const R* moments, const Vec3<R>& w, Vec3<R>& centre, R& 
   // q = E[rho^2 p] = E[|p|^2 p] - E[(w.p)^2 p]
   const R wxx = w.x * w.x, wyy = w.y * w.y, wzz = w.z * w.z;
   const R wxy = R(2.0) * w.x * w.y, wxz = R(2.0) * w.x * w.z, wyz = R(2.0) * w.y * w.z;
-  const auto contract = [&](R xx, R xy, R xz, R yy, R yz, R zz) __attribute__((always_inline)) {
+  const auto contract = [&](R xx, R xy, R xz, R yy, R yz, R zz) LANE_INLINE {
     R t = xx + yy + zz;
     t = fnma(wxx, xx, t), t = fnma(wyy, yy, t), t = fnma(wzz, zz, t);
     t = fnma(wxy, xy, t), t = fnma(wxz, xz, t);
@@ -52,7 +52,7 @@ LANE_FN void circle_fit(const R* moments, const Vec3<R>& w, Vec3<R>& centre, R& 
   const R t = w.x * w.y * s;
   const Vec3<R> u = {fma(sign * w.x, w.x * s, R(1.0)), sign * t, -sign * w.x};
   const Vec3<R> v = {t, fma(w.y, w.y * s, sign), -w.y};
-  const auto covariance_times = [&](const Vec3<R>& p) __attribute__((always_inline)) {
+  const auto covariance_times = [&](const Vec3<R>& p) LANE_INLINE {
     return Vec3<R>{fma(cxx, p.x, fma(cxy, p.y, cxz * p.z)), fma(cxy, p.x, fma(cyy, p.y, cyz * p.z)),
                    fma(cxz, p.x, fma(cyz, p.y, czz * p.z))};
   };
@@ -63,7 +63,7 @@ LANE_FN void circle_fit(const R* moments, const Vec3<R>& w, Vec3<R>& centre, R& 
   const auto line = invert(determinant > R(1e-12) * trace * trace);
   const R inverse = R(1.0) / select(line, R(1.0), determinant);
   const R a = fnma(suv, bv, svv * bu) * inverse, b = fnma(suv, bu, suu * bv) * inverse;
-  radius = select(line, R(__builtin_inf()), sqrt(fma(a, a, fma(b, b, trace))));
+  radius = select(line, R(infinity()), sqrt(fma(a, a, fma(b, b, trace))));
   // Centre, moved along the axis into the plane through the sample.
   centre = add_scaled(add_scaled(m, select(line, R(0.0), a), u), select(line, R(0.0), b), v);
   centre = add_scaled(centre, -dot(centre, w), w);

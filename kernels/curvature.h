@@ -62,7 +62,7 @@ struct Quadric {
   }
   /// The point brought to the surface by two Newton steps along the gradient.
   LANE_FN Vec3<R> foot(Vec3<R> p) const {
-#pragma GCC unroll 2
+    LANE_UNROLL(2)
     for (int step = 0; step < 2; ++step) {
       const Vec3<R> g = gradient(p);
       const R g2 = max(dot(g, g), R(kTinyGradient2));
@@ -166,8 +166,8 @@ LANE_FN R median9(R* v) {
 
 /// The median of the largest curvature over nine points spread over the neighbourhood. The paper takes random points of
 /// the surface; these are fixed: the sample's foot and steps of 1.2 standard deviations of the points from it along the
-/// principal directions, each brought to the surface. (The points' mean is no place to start from: of a rod that is seen
-/// all around it lies on the axis, where the gradient vanishes.)
+/// principal directions, each brought to the surface. (The points' mean is no place to start from: of a rod that is
+/// seen all around it lies on the axis, where the gradient vanishes.)
 template <class R>
 LANE_FN R median_curvature(const Quadric<R>& q, const R* moments, const Vec3<R>& centre, const Principal<R>& p) {
   const R inverse_n = R(1.0) / moments[0];
@@ -175,16 +175,16 @@ LANE_FN R median_curvature(const Quadric<R>& q, const R* moments, const Vec3<R>&
   const R cxx = fnma(mean.x, mean.x, moments[4] * inverse_n), cxy = fnma(mean.x, mean.y, moments[5] * inverse_n);
   const R cxz = fnma(mean.x, mean.z, moments[6] * inverse_n), cyy = fnma(mean.y, mean.y, moments[7] * inverse_n);
   const R cyz = fnma(mean.y, mean.z, moments[8] * inverse_n), czz = fnma(mean.z, mean.z, moments[9] * inverse_n);
-  const auto spread = [&](const Vec3<R>& a) __attribute__((always_inline)) {
+  const auto spread = [&](const Vec3<R>& a) LANE_INLINE {
     const Vec3<R> ca = {fma(cxx, a.x, fma(cxy, a.y, cxz * a.z)), fma(cxy, a.x, fma(cyy, a.y, cyz * a.z)),
                         fma(cxz, a.x, fma(cyz, a.y, czz * a.z))};
     return R(1.2) * sqrt(max(dot(a, ca), R(0.0)));
   };
   const R along = spread(p.minor_axis), across = spread(p.major_axis);
   R kappa[9];
-#pragma GCC unroll 1
+  LANE_ROLLED
   for (int i = 0; i < 3; ++i) {
-#pragma GCC unroll 1
+    LANE_ROLLED
     for (int j = 0; j < 3; ++j) {
       const Vec3<R> y =
           add_scaled(add_scaled(centre, R(i - 1.0) * along, p.minor_axis), R(j - 1.0) * across, p.major_axis);

@@ -48,22 +48,22 @@ LANE_FN void cylinder_equations(const float* px, const float* py, const float* p
   constexpr int kChunkPoints = 256;
   const float inverse = 1.0f / q.sigma, per_arm = 1.0f / q.arm;
   alignas(64) float rows[32][16];  // the last ones stay zero
-#pragma GCC unroll 32
+  LANE_UNROLL(32)
   for (int k = 0; k < 32; ++k) F16(0.0f).store(rows[k]);
   // First what each point has, then its sums in groups that the registers hold.
   alignas(64) float e1[kChunkPoints], e2[kChunkPoints], h[kChunkPoints], w[kChunkPoints], we[kChunkPoints];
   for (std::int32_t first = 0; first < n; first += kChunkPoints) {
     const std::int32_t m = n - first < kChunkPoints ? n - first : kChunkPoints;
-#pragma GCC unroll 1
+    LANE_ROLLED
     for (int lane = 0; lane < 16; lane += kSumLanes) {
       Sum cost = Sum::load(rows[18] + lane), square = Sum::load(rows[19] + lane);
-      const auto keep = [&](const CylinderPoint<Sum>& p, std::int32_t at) __attribute__((always_inline)) {
+      const auto keep = [&](const CylinderPoint<Sum>& p, std::int32_t at) LANE_INLINE {
         p.e1.store(e1 + at), p.e2.store(e2 + at), p.h.store(h + at), p.w.store(w + at), p.we.store(we + at);
         cost = cost + p.cost, square = square + p.d2;
       };
       const float *x = px + first, *y = py + first, *z = pz + first;
       std::int32_t i = lane;
-#pragma GCC unroll 1
+      LANE_ROLLED
       for (; i + 16 - lane <= m; i += 16)
         keep(cylinder_point(Sum::loadu(x + i), Sum::loadu(y + i), Sum::loadu(z + i), q, inverse, per_arm), i);
       if (i - lane < m) {
@@ -84,14 +84,14 @@ LANE_FN void cylinder_equations(const float* px, const float* py, const float* p
       out.square = reduce_add(F16::load(rows[19]));
       if (out.cost > q.skip_above) return;
     }
-#pragma GCC unroll 1
+    LANE_ROLLED
     for (int lane = 0; lane < 16; lane += kSumLanes) {
       std::int32_t i = lane;
       // w, w h, w h^2; the same times e1^2; times e1 e2.
       Sum s[9];
-#pragma GCC unroll 9
+      LANE_UNROLL(9)
       for (int k = 0; k < 9; ++k) s[k] = Sum::load(rows[k] + lane);
-#pragma GCC unroll 1
+      LANE_ROLLED
       for (i = lane; i - lane < m; i += 16) {
         const Sum p = Sum::load(e1 + i), t = Sum::load(h + i);
         const Sum v0 = Sum::load(w + i), v1 = v0 * t, v2 = v1 * t;
@@ -100,12 +100,12 @@ LANE_FN void cylinder_equations(const float* px, const float* py, const float* p
         s[3] = fma(p0, p, s[3]), s[4] = fma(p1, p, s[4]), s[5] = fma(p2, p, s[5]);
         s[6] = fma(p0, r, s[6]), s[7] = fma(p1, r, s[7]), s[8] = fma(p2, r, s[8]);
       }
-#pragma GCC unroll 9
+      LANE_UNROLL(9)
       for (int k = 0; k < 9; ++k) s[k].store(rows[k] + lane);
-        // (w, w h) times (e1, e2); w e times (e1, e2, h e1, h e2, 1).
-#pragma GCC unroll 9
+      // (w, w h) times (e1, e2); w e times (e1, e2, h e1, h e2, 1).
+      LANE_UNROLL(9)
       for (int k = 0; k < 9; ++k) s[k] = Sum::load(rows[9 + k] + lane);
-#pragma GCC unroll 1
+      LANE_ROLLED
       for (i = lane; i - lane < m; i += 16) {
         const Sum p = Sum::load(e1 + i), r = Sum::load(e2 + i), t = Sum::load(h + i);
         const Sum v0 = Sum::load(w + i), v1 = v0 * t, f0 = Sum::load(we + i), f1 = f0 * t;
@@ -113,7 +113,7 @@ LANE_FN void cylinder_equations(const float* px, const float* py, const float* p
         s[4] = fma(f0, p, s[4]), s[5] = fma(f0, r, s[5]), s[6] = fma(f1, p, s[6]), s[7] = fma(f1, r, s[7]);
         s[8] = s[8] + f0;
       }
-#pragma GCC unroll 9
+      LANE_UNROLL(9)
       for (int k = 0; k < 9; ++k) s[k].store(rows[9 + k] + lane);
     }
   }

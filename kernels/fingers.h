@@ -11,7 +11,7 @@ LANE_FN void count_free_places(const kernels::FreeQuery& q, float* free) {
   const F16 zero(0.0f), one(1.0f), half(0.5f), nearest(0.02f), tolerance(q.tolerance);
   const F16 width(static_cast<float>(q.width)), height(static_cast<float>(q.height));
   for (std::int32_t first = q.first; first < q.columns; first += 16) {
-    const F16 column = F16::load(kLaneNumbers) + F16(static_cast<float>(first));
+    const F16 column = lane_numbers() + F16(static_cast<float>(first));
     const F16 a0 = fma(column, F16(q.out[0]), F16(q.corner[0])), b0 = fma(column, F16(q.out[1]), F16(q.corner[1]));
     const F16 d0 = fma(column, F16(q.out[2]), F16(q.corner[2]));
     F16 sum = zero;

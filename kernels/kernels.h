@@ -325,8 +325,8 @@ struct Kernels {
   std::int64_t (*nearest_to_body)(const TileTree& tree, const BodyQuery& query);
 
   /// Row i of the alignment relation (paper, section 3.3): bit j of `row` ((padded + 31) / 32 words) is set when i and
-  /// j are aligned both ways. Bit i itself is set.
-  void (*align)(const AffordanceArrays& arrays, std::int32_t i, const AlignLimits& limits, std::uint32_t* row);
+  /// j are aligned both ways. Bit i itself is set. Returns the number of bits.
+  std::int32_t (*align)(const AffordanceArrays& arrays, std::int32_t i, const AlignLimits& limits, std::uint32_t* row);
 };
 
 /// The table in use. The first call decides; later changes of HANDHOLD_ISA have no effect.

@@ -139,10 +139,10 @@ LANE_FN int append_selected(std::uint32_t* list, std::uint32_t mask, const std::
 /// The sums of sixteen rows, each over its sixteen lanes in the tree of reduce_add. rows: 64-byte aligned.
 LANE_FN Vec<float, 16> reduce_rows(const float (*rows)[16]) {
   __m128 sums[4];
-#pragma GCC unroll 4
+  LANE_UNROLL(4)
   for (int i = 0; i < 4; ++i) {
     __m128 four[4];
-#pragma GCC unroll 4
+    LANE_UNROLL(4)
     for (int k = 0; k < 4; ++k) {
       const __m256 a = _mm256_add_ps(_mm256_load_ps(rows[4 * i + k]), _mm256_load_ps(rows[4 * i + k] + 8));
       four[k] = _mm_add_ps(_mm256_castps256_ps128(a), _mm256_extractf128_ps(a, 1));

@@ -103,7 +103,7 @@ struct Vec<double, 8> {
 /// The sums of sixteen rows, each over its sixteen lanes in the tree of reduce_add. rows: 64-byte aligned.
 LANE_FN Vec<float, 16> reduce_rows(const float (*rows)[16]) {
   __m512 quads[4];
-#pragma GCC unroll 4
+  LANE_UNROLL(4)
   for (int i = 0; i < 4; ++i) {
     const __m512 a = _mm512_load_ps(rows[4 * i]), b = _mm512_load_ps(rows[4 * i + 1]);
     const __m512 c = _mm512_load_ps(rows[4 * i + 2]), d = _mm512_load_ps(rows[4 * i + 3]);

@@ -69,7 +69,7 @@ struct Vec<float, 4> {
     return x > y ? x : y;
   }
   friend LANE_FN Vec gather(const float* p, Vec column, Vec row, std::int32_t width) {
-    const auto pixel = [&](int i) __attribute__((always_inline)) {
+    const auto pixel = [&](int i) LANE_INLINE {
       return p[static_cast<std::int32_t>(row.v[i]) * width + static_cast<std::int32_t>(column.v[i])];
     };
     return Float4{pixel(0), pixel(1), pixel(2), pixel(3)};

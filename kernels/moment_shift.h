@@ -10,40 +10,40 @@ namespace handhold::HANDHOLD_LANE {
 template <class R>
 LANE_FN void shift_moments(R* m, R tx, R ty, R tz) {
   using kernels::moment_index;
-#pragma GCC unroll 5
+  LANE_UNROLL(5)
   for (int j = 0; j <= 4; ++j) {
-#pragma GCC unroll 5
+    LANE_UNROLL(5)
     for (int k = 0; j + k <= 4; ++k) {
       const int n = 4 - j - k;
-#pragma GCC unroll 4
+      LANE_UNROLL(4)
       for (int p = 1; p <= n; ++p) {
-#pragma GCC unroll 4
+        LANE_UNROLL(4)
         for (int i = n; i >= p; --i)
           m[moment_index(i, j, k)] = fma(tx, m[moment_index(i - 1, j, k)], m[moment_index(i, j, k)]);
       }
     }
   }
-#pragma GCC unroll 5
+  LANE_UNROLL(5)
   for (int j = 0; j <= 4; ++j) {
-#pragma GCC unroll 5
+    LANE_UNROLL(5)
     for (int k = 0; j + k <= 4; ++k) {
       const int n = 4 - j - k;
-#pragma GCC unroll 4
+      LANE_UNROLL(4)
       for (int p = 1; p <= n; ++p) {
-#pragma GCC unroll 4
+        LANE_UNROLL(4)
         for (int i = n; i >= p; --i)
           m[moment_index(j, i, k)] = fma(ty, m[moment_index(j, i - 1, k)], m[moment_index(j, i, k)]);
       }
     }
   }
-#pragma GCC unroll 5
+  LANE_UNROLL(5)
   for (int j = 0; j <= 4; ++j) {
-#pragma GCC unroll 5
+    LANE_UNROLL(5)
     for (int k = 0; j + k <= 4; ++k) {
       const int n = 4 - j - k;
-#pragma GCC unroll 4
+      LANE_UNROLL(4)
       for (int p = 1; p <= n; ++p) {
-#pragma GCC unroll 4
+        LANE_UNROLL(4)
         for (int i = n; i >= p; --i)
           m[moment_index(j, k, i)] = fma(tz, m[moment_index(j, k, i - 1)], m[moment_index(j, k, i)]);
       }
@@ -59,15 +59,15 @@ LANE_FN void shear_moments(R* m, R a, R b) {
   // E[x^i y^j (z + s)^k] with s = a x + b y: k passes, each replacing one factor z by z + s. After pass p the entry
   // (i, j, k) with k >= p holds E[x^i y^j z^(k-p) (z+s)^p]; a factor s moves a degree from z to x or y.
   // Work on columns of equal degree: v[k] for all (i, j) with i + j = degree - k.
-#pragma GCC unroll 4
+  LANE_UNROLL(4)
   for (int degree = 1; degree <= 4; ++degree) {
-#pragma GCC unroll 4
+    LANE_UNROLL(4)
     for (int pass = 1; pass <= degree; ++pass) {
       // Entries with the most factors z first: they read entries with one factor less that this pass has not touched
       // yet.
-#pragma GCC unroll 5
+      LANE_UNROLL(5)
       for (int k = degree; k >= pass; --k) {
-#pragma GCC unroll 5
+        LANE_UNROLL(5)
         for (int i = degree - k; i >= 0; --i) {
           const int j = degree - k - i;
           R t = m[moment_index(i, j, k)];

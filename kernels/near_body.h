@@ -15,7 +15,7 @@ LANE_FN void count_near_pixels(const kernels::PixelRow& row, float* counts) {
   for (std::ptrdiff_t i = 0; i < row.width; i += 16) {
     const F16 x = F16::loadu(row.x + i), y = F16::loadu(row.y + i), z = F16::loadu(row.z + i);
     F16 sum = zero;
-#pragma GCC unroll 8
+    LANE_UNROLL(8)
     for (int k = 0; k < 8; ++k) {
       const std::ptrdiff_t j = i + around[k];
       const F16 d2 = squared_norm(F16::loadu(row.x + j) - x, F16::loadu(row.y + j) - y, F16::loadu(row.z + j) - z);
@@ -54,7 +54,7 @@ class BodyLanes {
   LANE_FN F16 of_points(const float* p) const {
     const F16 x = F16::load(p) - centre_[0], y = F16::load(p + 16) - centre_[1], z = F16::load(p + 32) - centre_[2];
     F16 excess[3];
-#pragma GCC unroll 3
+    LANE_UNROLL(3)
     for (int i = 0; i < 3; ++i) excess[i] = abs(along(turn_ + 3 * i, x, y, z)) - half_[i];
     return distance_key(excess[0], excess[1], excess[2]);
   }
@@ -64,14 +64,14 @@ class BodyLanes {
   LANE_FN F16 of_boxes(const float* box) const {
     const F16 half(0.5f);
     F16 middle[3], extent[3];
-#pragma GCC unroll 3
+    LANE_UNROLL(3)
     for (int i = 0; i < 3; ++i) {
       const F16 low = F16::load(box + 16 * i) - centre_[i], high = F16::load(box + 48 + 16 * i) - centre_[i];
       middle[i] = half * (low + high), extent[i] = half * (high - low);
     }
     const F16 reach = (abs(middle[0]) + extent[0]) + (abs(middle[1]) + extent[1]) + (abs(middle[2]) + extent[2]);
     F16 excess[3];
-#pragma GCC unroll 3
+    LANE_UNROLL(3)
     for (int i = 0; i < 3; ++i) {
       const F16 size = fma(F16(kSlack), reach, along(size_ + 3 * i, extent[0], extent[1], extent[2]));
       excess[i] = abs(along(turn_ + 3 * i, middle[0], middle[1], middle[2])) - (wide_[i] + size);
@@ -84,9 +84,7 @@ class BodyLanes {
   /// its points. Some 20 times the unit of rounding, where 12 are needed.
   static constexpr float kSlack = 1.2e-6f;
 
-  static LANE_FN F16 along(const F16* row, F16 x, F16 y, F16 z) {
-    return fma(row[0], x, fma(row[1], y, row[2] * z));
-  }
+  static LANE_FN F16 along(const F16* row, F16 x, F16 y, F16 z) { return fma(row[0], x, fma(row[1], y, row[2] * z)); }
 
   F16 centre_[3], half_[3], wide_[3];
   F16 turn_[9], size_[9];
@@ -110,7 +108,7 @@ LANE_FN M16 touches(const float* boxes, const Ball& ball) {
 template <class F>
 LANE_FN bool any_lane(M16 mask, F&& visit) {
   for (std::uint32_t rest = bits(mask); rest; rest &= rest - 1) {
-    if (visit(static_cast<std::uint32_t>(__builtin_ctz(rest)))) return true;
+    if (visit(static_cast<std::uint32_t>(lowest_bit(rest)))) return true;
   }
   return false;
 }
@@ -123,25 +121,24 @@ LANE_FN bool find_point_within(const kernels::TileTree& tree, const kernels::Bod
   // far from everything.
   const float size = sqrt(fma(q.half[0], q.half[0], fma(q.half[1], q.half[1], q.half[2] * q.half[2])));
   const Ball ball(q.centre, (size + max(q.limit, 0.0f)) * (1.0f + 4e-6f));
-  const auto near = [&](const float* level, std::uint32_t parent) __attribute__((always_inline)) {
+  const auto near = [&](const float* level, std::uint32_t parent) LANE_INLINE {
     const float* boxes = box_record(level, parent);
     const M16 touched = touches(boxes, ball);
     return any(touched) ? touched & (body.of_boxes(boxes) < limit) : touched;
   };
-  const auto in_tile = [&](std::uint32_t tile) __attribute__((always_inline)) {
-    return any(body.of_points(tree.points + std::size_t{48} * tile) < limit);
-  };
-  const auto in_block = [&](std::uint32_t block) __attribute__((always_inline)) {
+  const auto in_tile = [&](std::uint32_t tile)
+                           LANE_INLINE { return any(body.of_points(tree.points + std::size_t{48} * tile) < limit); };
+  const auto in_block = [&](std::uint32_t block) LANE_INLINE {
     return any_lane(
         near(tree.tile_boxes, block), [&](std::uint32_t i)
                                           __attribute__((always_inline)) { return in_tile(16 * block + i); });
   };
-  const auto in_group = [&](std::uint32_t group) __attribute__((always_inline)) {
+  const auto in_group = [&](std::uint32_t group) LANE_INLINE {
     return any_lane(
         near(tree.block_boxes, group), [&](std::uint32_t i)
                                            __attribute__((always_inline)) { return in_block(16 * group + i); });
   };
-  const auto in_region = [&](std::uint32_t region) __attribute__((always_inline)) {
+  const auto in_region = [&](std::uint32_t region) LANE_INLINE {
     return any_lane(
         near(tree.group_boxes, region), [&](std::uint32_t i)
                                             __attribute__((always_inline)) { return in_group(16 * region + i); });
@@ -163,7 +160,7 @@ LANE_FN void least_first(F16 keys, const float& limit, F&& visit) {
   for (;;) {
     const float least = reduce_min(keys);
     if (!(least < limit)) return;
-    const auto lane = static_cast<std::uint32_t>(__builtin_ctz(bits(keys <= F16(least))));
+    const auto lane = static_cast<std::uint32_t>(lowest_bit(bits(keys <= F16(least))));
     const F16 it(static_cast<float>(lane));
     keys = select((lanes < it) | (lanes > it), keys, far);
     visit(lane);
@@ -175,35 +172,26 @@ LANE_FN std::int64_t find_nearest_to_body(const kernels::TileTree& tree, const k
   const BodyLanes body(q);
   float limit = distance_key(q.limit);
   std::int64_t nearest = -1;
-  const auto keys = [&](const float* level, std::uint32_t parent) __attribute__((always_inline)) {
-    return body.of_boxes(box_record(level, parent));
-  };
-  const auto in_tile = [&](std::uint32_t tile) __attribute__((always_inline)) {
+  const auto keys = [&](const float* level, std::uint32_t parent)
+                        LANE_INLINE { return body.of_boxes(box_record(level, parent)); };
+  const auto in_tile = [&](std::uint32_t tile) LANE_INLINE {
     const F16 here = body.of_points(tree.points + std::size_t{48} * tile);
     const float least = reduce_min(here);
     if (!(least < limit)) return;
     limit = least;
-    nearest = std::int64_t{16} * tile + __builtin_ctz(bits(here <= F16(least)));
+    nearest = std::int64_t{16} * tile + lowest_bit(bits(here <= F16(least)));
   };
-  const auto in_block = [&](std::uint32_t block) __attribute__((always_inline)) {
-    least_first(
-        keys(tree.tile_boxes, block),
-        limit, [&](std::uint32_t i) __attribute__((always_inline)) { in_tile(16 * block + i); });
+  const auto in_block = [&](std::uint32_t block) LANE_INLINE {
+    least_first(keys(tree.tile_boxes, block), limit, [&](std::uint32_t i) LANE_INLINE { in_tile(16 * block + i); });
   };
-  const auto in_group = [&](std::uint32_t group) __attribute__((always_inline)) {
-    least_first(
-        keys(tree.block_boxes, group),
-        limit, [&](std::uint32_t i) __attribute__((always_inline)) { in_block(16 * group + i); });
+  const auto in_group = [&](std::uint32_t group) LANE_INLINE {
+    least_first(keys(tree.block_boxes, group), limit, [&](std::uint32_t i) LANE_INLINE { in_block(16 * group + i); });
   };
-  const auto in_region = [&](std::uint32_t region) __attribute__((always_inline)) {
-    least_first(
-        keys(tree.group_boxes, region),
-        limit, [&](std::uint32_t i) __attribute__((always_inline)) { in_group(16 * region + i); });
+  const auto in_region = [&](std::uint32_t region) LANE_INLINE {
+    least_first(keys(tree.group_boxes, region), limit, [&](std::uint32_t i) LANE_INLINE { in_group(16 * region + i); });
   };
   for (std::uint32_t top = 0; top < static_cast<std::uint32_t>(tree.regions / 16); ++top) {
-    least_first(
-        keys(tree.region_boxes, top),
-        limit, [&](std::uint32_t i) __attribute__((always_inline)) { in_region(16 * top + i); });
+    least_first(keys(tree.region_boxes, top), limit, [&](std::uint32_t i) LANE_INLINE { in_region(16 * top + i); });
   }
   return nearest;
 }

@@ -77,10 +77,10 @@ LANE_FN void for_each_tile(const kernels::Tiles& tiles, const kernels::Candidate
   for (std::int32_t i = 0; i < candidates.padded; i += 16) {
     std::uint32_t blocks = test_boxes(candidates.boxes, static_cast<std::size_t>(i), ball).touched;
     for (; blocks; blocks &= blocks - 1) {
-      const std::uint32_t block = candidates.block[i + __builtin_ctz(blocks)];
+      const std::uint32_t block = candidates.block[i + lowest_bit(blocks)];
       const TileHits hits = touched_tiles(tiles, block, ball);
       for (std::uint32_t rest = hits.boundary | hits.inside; rest; rest &= rest - 1) {
-        const float* p = tile_points(tiles, 16 * block + static_cast<std::uint32_t>(__builtin_ctz(rest)));
+        const float* p = tile_points(tiles, 16 * block + static_cast<std::uint32_t>(lowest_bit(rest)));
         f(F16::load(p) - ball.x, F16::load(p + 16) - ball.y, F16::load(p + 32) - ball.z);
       }
       after_block();
@@ -95,7 +95,7 @@ LANE_FN std::int32_t collect_points(const kernels::Tiles& tiles, const kernels::
   std::int32_t n = 0;
   for_each_tile(
       tiles, candidates, ball,
-      [&](F16 dx, F16 dy, F16 dz) __attribute__((always_inline)) {
+      [&](F16 dx, F16 dy, F16 dz) LANE_INLINE {
         const M16 in = squared_norm(dx, dy, dz) <= ball.r2;
         compress_store(x + n, in, dx);
         compress_store(y + n, in, dy);
@@ -111,11 +111,11 @@ LANE_FN void sum_second_moments(const kernels::Tiles& tiles, const kernels::Cand
   const Ball ball(centre, radius);
   const F16 zero(0.0f), one(1.0f);
   F16 s[10];
-#pragma GCC unroll 10
+  LANE_UNROLL(10)
   for (int k = 0; k < 10; ++k) s[k] = zero;
   for_each_tile(
       tiles, candidates, ball,
-      [&](F16 x, F16 y, F16 z) __attribute__((always_inline)) {
+      [&](F16 x, F16 y, F16 z) LANE_INLINE {
         const M16 in = squared_norm(x, y, z) <= ball.r2;
         x = select(in, x, zero), y = select(in, y, zero), z = select(in, z, zero);
         s[0] = s[0] + select(in, one, zero), s[1] = s[1] + x, s[2] = s[2] + y, s[3] = s[3] + z;
@@ -123,11 +123,8 @@ LANE_FN void sum_second_moments(const kernels::Tiles& tiles, const kernels::Cand
         s[7] = fma(y, y, s[7]), s[8] = fma(y, z, s[8]), s[9] = fma(z, z, s[9]);
       },
       [] {});
-  alignas(64) float rows[16][16];
-#pragma GCC unroll 16
-  for (int k = 0; k < 16; ++k) (k < 10 ? s[k] : zero).store(rows[k]);
-  alignas(64) float all[16];
-  reduce_rows(rows).store(all);
+  float all[10];
+  reduce_each(s, all);
   for (int k = 0; k < 10; ++k) sums[k] = all[k];
 }
 
@@ -140,23 +137,21 @@ LANE_FN bool nearest_point(const kernels::Tiles& tiles, const kernels::Candidate
   F16 best(2 * limit), x = zero, y = zero, z = zero;
   for_each_tile(
       tiles, candidates, ball,
-      [&](F16 dx, F16 dy, F16 dz) __attribute__((always_inline)) {
+      [&](F16 dx, F16 dy, F16 dz) LANE_INLINE {
         const F16 d2 = squared_norm(dx, dy, dz);
         const M16 nearer = d2 < best;
         best = select(nearer, d2, best), x = select(nearer, dx, x), y = select(nearer, dy, y),
         z = select(nearer, dz, z);
       },
       // What is farther than the best one need not be looked at.
-      [&]() __attribute__((always_inline)) {
+      [&]() LANE_INLINE {
         const float least = reduce_min(best);
         if (least < limit) limit = least, ball.r2_outside = F16(limit * kOutside), ball.r2_inside = zero;
       });
   if (!(reduce_min(best) <= radius * radius)) return false;
   // Of equally near ones in several lanes the first.
-  const std::uint32_t lane = static_cast<std::uint32_t>(__builtin_ctz(bits(best <= F16(reduce_min(best)))));
-  alignas(64) float lanes[3][16];
-  x.store(lanes[0]), y.store(lanes[1]), z.store(lanes[2]);
-  for (int k = 0; k < 3; ++k) offset[k] = lanes[k][lane];
+  const std::uint32_t lane = static_cast<std::uint32_t>(lowest_bit(bits(best <= F16(reduce_min(best)))));
+  offset[0] = lane_value(x, lane), offset[1] = lane_value(y, lane), offset[2] = lane_value(z, lane);
   return true;
 }
 
@@ -164,14 +159,14 @@ LANE_FN bool nearest_point(const kernels::Tiles& tiles, const kernels::Candidate
 LANE_FN bool find_nearer(const float* px, const float* py, const float* pz, std::int32_t n, const float* place,
                          float limit2) {
   const F16 x(place[0]), y(place[1]), z(place[2]), limit(limit2);
-  const auto nearer = [&](std::int32_t i) __attribute__((always_inline)) {
+  const auto nearer = [&](std::int32_t i) LANE_INLINE {
     return squared_norm(F16::loadu(px + i) - x, F16::loadu(py + i) - y, F16::loadu(pz + i) - z) < limit;
   };
   std::int32_t i = 0;
   for (; i + 16 <= n; i += 16) {
     if (any(nearer(i))) return true;
   }
-  return i < n && any(nearer(i) & (F16::load(kLaneNumbers) < F16(static_cast<float>(n - i))));
+  return i < n && any(nearer(i) & (lane_numbers() < F16(static_cast<float>(n - i))));
 }
 
 }  // namespace handhold::HANDHOLD_LANE

@@ -28,7 +28,7 @@ LANE_FN void find_inverse_depths(const kernels::PlaceQuery& q, float* means) {
                     image.at(u, v - one)};
   F16 sum = zero;
   M16 known = zero < one;
-#pragma GCC unroll 5
+  LANE_UNROLL(5)
   for (int k = 0; k < 5; ++k) known = known & (z[k] > zero), sum = sum + one / z[k];
   select(known, F16(0.2f) * sum, zero).storeu(means);
 }

@@ -100,8 +100,8 @@ LANE_FN float jth_smallest(Rho2 rho2, float low, float high, std::int32_t j) {
 }
 
 /// Smallest squared radius >= r2 with at most k points in its gap; negative when it would exceed `max2`.
-LANE_FN float find_gap(Rho2 rho2, float r2, float gap, float max2, std::int32_t k) {
-  alignas(64) float near[kNear + 16];
+/// near: kNear + 16 floats of scratch, 64-byte aligned.
+LANE_FN float find_gap(Rho2 rho2, float r2, float gap, float max2, std::int32_t k, float* near) {
   while (r2 <= max2) {
     const float outer = sqrt(r2) + gap;
     const float outer2 = outer * outer;
@@ -112,21 +112,21 @@ LANE_FN float find_gap(Rho2 rho2, float r2, float gap, float max2, std::int32_t 
   return -1.0f;
 }
 
-/// The shell from all points, starting at the squared radius `r2` below which there is none.
-LANE_FN void shell_from(Rho2 rho2, float r2, const kernels::ShellQuery& q, kernels::ShellResult& result) {
+/// The shell from all points, starting at the squared radius `r2` below which there is none. near: as in find_gap.
+LANE_FN void shell_from(Rho2 rho2, float r2, const kernels::ShellQuery& q, float* near, kernels::ShellResult& result) {
   const float max2 = q.max_radius * q.max_radius;
-  const float above_max2 = __builtin_nextafterf(max2, __builtin_inff());
+  const float above_max2 = next_above(max2);
   result = {kernels::kShellNoGap, 0.0f, 0.0f, 0, 0};
-  r2 = find_gap(rho2, r2, q.gap, max2, q.max_gap_points);
+  r2 = find_gap(rho2, r2, q.gap, max2, q.max_gap_points, near);
   if (r2 < 0.0f) return;
   result.status = kernels::kShellEmpty;
-  std::int32_t inner = count_between(rho2, -1.0f, __builtin_nextafterf(r2, __builtin_inff()));
+  std::int32_t inner = count_between(rho2, -1.0f, next_above(r2));
   if (inner < q.min_inner_points) {
     if (count_between(rho2, -1.0f, above_max2) < q.min_inner_points) return;
     r2 = jth_smallest(rho2, -1.0f, above_max2, q.min_inner_points);
-    r2 = find_gap(rho2, r2, q.gap, max2, q.max_gap_points);
+    r2 = find_gap(rho2, r2, q.gap, max2, q.max_gap_points, near);
     if (r2 < 0.0f) return;
-    inner = count_between(rho2, -1.0f, __builtin_nextafterf(r2, __builtin_inff()));
+    inner = count_between(rho2, -1.0f, next_above(r2));
   }
   result.status = kernels::kShellFound;
   result.radius = sqrt(r2);
@@ -136,7 +136,6 @@ LANE_FN void shell_from(Rho2 rho2, float r2, const kernels::ShellQuery& q, kerne
   const std::int32_t beyond = count_between(rho2, r2, limit * limit);
   result.free_to = limit;
   if (beyond > q.max_gap_points) {
-    alignas(64) float near[kNear + 16];
     const Rho2 outside = between(rho2, r2, limit * limit, beyond, near);
     result.free_to = sqrt(jth_smallest(outside, r2, limit * limit, q.max_gap_points + 1));
   }
@@ -145,7 +144,8 @@ LANE_FN void shell_from(Rho2 rho2, float r2, const kernels::ShellQuery& q, kerne
 /// kernels::Kernels::shell_gap
 LANE_FN void shell_gap_only(const float* rho2, std::int32_t n, const kernels::ShellQuery& q,
                             kernels::ShellResult& result) {
-  shell_from({rho2, n}, q.start_radius * q.start_radius, q, result);
+  alignas(64) float near[kNear + 16];
+  shell_from({rho2, n}, q.start_radius * q.start_radius, q, near, result);
 }
 
 /// Boxes that reach into the cylinder of half length `half_width` about the axis: near enough, and in the slab.
@@ -166,30 +166,38 @@ LANE_FN std::uint32_t test_slab(const float* const* box, std::size_t at, const B
   return touched & bits(offset <= (extent + half_width) * F16(1.00001f) + F16(1e-7f));
 }
 
-/// kernels::Kernels::shell. Scratch: 16 * blocks + 16 tile numbers, then 256 * blocks + 32 floats.
-LANE_FN void find_shell(const kernels::Tiles& tiles, const kernels::Candidates& candidates,
-                        const kernels::ShellQuery& q, void* scratch, kernels::ShellResult& result) {
-  const std::size_t capacity = 16 * static_cast<std::size_t>(tiles.blocks) + 16;
-  std::uint32_t* const list = static_cast<std::uint32_t*>(scratch);
-  float* const rho2 = reinterpret_cast<float*>(static_cast<char*>(scratch) + sizeof(std::uint32_t) * capacity);
+/// A shell's query as the tests on boxes and points want it.
+struct ShellPlace {
+  Ball ball;
+  F16 ax, ay, az, width;
+  LANE_FN explicit ShellPlace(const kernels::ShellQuery& q)
+      : ball(q.centre, sqrt((q.max_radius + q.gap) * (q.max_radius + q.gap) + q.half_width * q.half_width)),
+        ax(q.axis[0]),
+        ay(q.axis[1]),
+        az(q.axis[2]),
+        width(q.half_width) {}
+};
+
+/// The tiles of a block that reach into the cylinder.
+LANE_FN std::uint32_t shell_tiles(const kernels::Tiles& tiles, std::uint32_t block, const ShellPlace& place) {
+  const float* b = tiles.boxes + static_cast<std::size_t>(block) * 96;
+  const float* const rows[6] = {b, b + 16, b + 32, b + 48, b + 64, b + 80};
+  return test_slab(rows, 0, place.ball, place.ax, place.ay, place.az, place.width);
+}
+
+/// The shell among the points of these tiles. rho2: 16 * n_tiles + 32 floats of scratch, 64-byte aligned; near: as in
+/// find_gap.
+LANE_FN void shell_among(const kernels::Tiles& tiles, const std::uint32_t* list, std::int32_t n_tiles,
+                         const kernels::ShellQuery& q, const ShellPlace& place, float* rho2, float* near,
+                         kernels::ShellResult& result) {
   const float limit = q.max_radius + q.gap;
-  const Ball ball(q.centre, sqrt(limit * limit + q.half_width * q.half_width));
-  const F16 ax(q.axis[0]), ay(q.axis[1]), az(q.axis[2]), width(q.half_width), limit2(limit * limit);
-  std::int32_t n_tiles = 0;
-  for (std::int32_t i = 0; i < candidates.padded; i += 16) {
-    std::uint32_t blocks = test_slab(candidates.boxes, static_cast<std::size_t>(i), ball, ax, ay, az, width);
-    for (; blocks; blocks &= blocks - 1) {
-      const std::uint32_t block = candidates.block[i + __builtin_ctz(blocks)];
-      const float* b = tiles.boxes + static_cast<std::size_t>(block) * 96;
-      const float* const rows[6] = {b, b + 16, b + 32, b + 48, b + 64, b + 80};
-      n_tiles += append_bits(list + n_tiles, test_slab(rows, 0, ball, ax, ay, az, width), 16 * block);
-    }
-  }
+  const F16 ax = place.ax, ay = place.ay, az = place.az, width = place.width, limit2(limit * limit);
   std::int32_t n = 0;
-  const auto add = [&](std::int32_t first, std::int32_t step) __attribute__((always_inline)) {
+  const auto add = [&](std::int32_t first, std::int32_t step) LANE_INLINE {
     for (std::int32_t i = first; i < n_tiles; i += step) {
       const float* p = tile_points(tiles, list[i]);
-      const F16 dx = F16::load(p) - ball.x, dy = F16::load(p + 16) - ball.y, dz = F16::load(p + 32) - ball.z;
+      const F16 dx = F16::load(p) - place.ball.x, dy = F16::load(p + 16) - place.ball.y;
+      const F16 dz = F16::load(p + 32) - place.ball.z;
       const F16 t = fma(ax, dx, fma(ay, dy, az * dz));
       const F16 r2 = squared_norm(fnma(t, ax, dx), fnma(t, ay, dy), fnma(t, az, dz));
       n += compress_store(rho2 + n, (abs(t) <= width) & (r2 < limit2), r2);
@@ -200,13 +208,33 @@ LANE_FN void find_shell(const kernels::Tiles& tiles, const kernels::Candidates& 
   const float max2 = q.max_radius * q.max_radius;
   result = {kernels::kShellNoGap, 0.0f, 0.0f, 0, 0};
   add(0, 8);
-  r2 = find_gap({rho2, n}, r2, q.gap, max2, q.max_gap_points);
+  r2 = find_gap({rho2, n}, r2, q.gap, max2, q.max_gap_points, near);
   if (r2 < 0.0f) return;
   add(2, 8), add(4, 8), add(6, 8);
-  r2 = find_gap({rho2, n}, r2, q.gap, max2, q.max_gap_points);
+  r2 = find_gap({rho2, n}, r2, q.gap, max2, q.max_gap_points, near);
   if (r2 < 0.0f) return;
   add(1, 2);
-  shell_from({rho2, n}, r2, q, result);
+  shell_from({rho2, n}, r2, q, near, result);
+}
+
+/// kernels::Kernels::shell. Scratch: 16 * blocks + 16 tile numbers, then 256 * blocks + 32 floats.
+LANE_FN void find_shell(const kernels::Tiles& tiles, const kernels::Candidates& candidates,
+                        const kernels::ShellQuery& q, void* scratch, kernels::ShellResult& result) {
+  const std::size_t capacity = 16 * static_cast<std::size_t>(tiles.blocks) + 16;
+  std::uint32_t* const list = static_cast<std::uint32_t*>(scratch);
+  float* const rho2 = reinterpret_cast<float*>(static_cast<char*>(scratch) + sizeof(std::uint32_t) * capacity);
+  const ShellPlace place(q);
+  std::int32_t n_tiles = 0;
+  for (std::int32_t i = 0; i < candidates.padded; i += 16) {
+    std::uint32_t blocks =
+        test_slab(candidates.boxes, static_cast<std::size_t>(i), place.ball, place.ax, place.ay, place.az, place.width);
+    for (; blocks; blocks &= blocks - 1) {
+      const std::uint32_t block = candidates.block[i + lowest_bit(blocks)];
+      n_tiles += append_bits(list + n_tiles, shell_tiles(tiles, block, place), 16 * block);
+    }
+  }
+  alignas(64) float near[kNear + 16];
+  shell_among(tiles, list, n_tiles, q, place, rho2, near, result);
 }
 
 }  // namespace handhold::HANDHOLD_LANE

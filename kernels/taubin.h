@@ -29,9 +29,19 @@ constexpr int packed(int i, int j) {
   return i >= j ? i * (i + 1) / 2 + j : j * (j + 1) / 2 + i;
 }
 
-/// Exponents of the first nine entries of l.
-inline constexpr int kExponents[9][3] = {{2, 0, 0}, {0, 2, 0}, {0, 0, 2}, {1, 1, 0}, {0, 1, 1},
-                                         {1, 0, 1}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+/// Exponent of x, y or z (axis 0, 1, 2) in the first nine entries of l. A function, not a table: then a compiler for a
+/// GPU knows every index of what is indexed with it.
+constexpr int exponent(int i, int axis) {
+  return i < 3 ? 2 * (i == axis) : i < 6 ? axis != (i == 3 ? 2 : i == 4 ? 0 : 1) : i - 6 == axis;
+}
+/// Index of the moment of the product of two of these entries, or of one of them.
+constexpr int product_index(int i, int j) {
+  return kernels::moment_index(exponent(i, 0) + exponent(j, 0), exponent(i, 1) + exponent(j, 1),
+                               exponent(i, 2) + exponent(j, 2));
+}
+constexpr int entry_index(int i) {
+  return kernels::moment_index(exponent(i, 0), exponent(i, 1), exponent(i, 2));
+}
 
 template <class R>
 struct Eigenproblem {
@@ -47,16 +57,12 @@ template <class R>
 LANE_FN auto reduce_to_standard(const R* mu, Eigenproblem<R>& p) {
   using kernels::moment_index;
   // M' - m m^T; the mean of x, y, z is zero here.
-#pragma GCC unroll 9
+  LANE_UNROLL(9)
   for (int i = 0; i < 9; ++i) {
-#pragma GCC unroll 9
+    LANE_UNROLL(9)
     for (int j = 0; j <= i; ++j) {
-      const int* p0 = kExponents[i];
-      const int* p1 = kExponents[j];
-      R m = mu[moment_index(p0[0] + p1[0], p0[1] + p1[1], p0[2] + p1[2])];
-      if (i < 6) {
-        m = fnma(mu[moment_index(p0[0], p0[1], p0[2])], mu[moment_index(p1[0], p1[1], p1[2])], m);
-      }
+      R m = mu[product_index(i, j)];
+      if (i < 6) m = fnma(mu[entry_index(i)], mu[entry_index(j)], m);
       p.a[packed(i, j)] = m;
     }
   }
@@ -74,7 +80,7 @@ LANE_FN auto reduce_to_standard(const R* mu, Eigenproblem<R>& p) {
   l[packed(5, 4)] = xy, l[packed(5, 5)] = xx + zz;
   // Cholesky.
   auto flat = R(0.0) > R(1.0);
-#pragma GCC unroll 6
+  LANE_UNROLL(6)
   for (int j = 0; j < 6; ++j) {
     R pivot = l[packed(j, j)];
     const auto bad = invert(pivot >= R(kFlatPivot));
@@ -82,11 +88,11 @@ LANE_FN auto reduce_to_standard(const R* mu, Eigenproblem<R>& p) {
     pivot = select(bad, R(1.0), pivot);
     const R inverse = R(1.0) / sqrt(pivot);
     p.l_inverse[j] = inverse;
-#pragma GCC unroll 6
+    LANE_UNROLL(6)
     for (int i = j + 1; i < 6; ++i) l[packed(i, j)] = l[packed(i, j)] * inverse;
-#pragma GCC unroll 6
+    LANE_UNROLL(6)
     for (int i = j + 1; i < 6; ++i) {
-#pragma GCC unroll 6
+      LANE_UNROLL(6)
       for (int k = j + 1; k <= i; ++k) {
         l[packed(i, k)] = fnma(l[packed(i, j)], l[packed(k, j)], l[packed(i, k)]);
       }
@@ -94,35 +100,35 @@ LANE_FN auto reduce_to_standard(const R* mu, Eigenproblem<R>& p) {
   }
   // A <- inv(L) A inv(L)^T for the leading 6x6, inv(L) A from one side for the three rows below.
   R* a = p.a;
-#pragma GCC unroll 6
+  LANE_UNROLL(6)
   for (int k = 0; k < 6; ++k) {
     const R s = p.l_inverse[k];
     const R akk = a[packed(k, k)] * s * s;
     a[packed(k, k)] = akk;
     const R half = akk * R(-0.5);
-#pragma GCC unroll 6
+    LANE_UNROLL(6)
     for (int i = k + 1; i < 6; ++i) a[packed(i, k)] = fma(half, l[packed(i, k)], a[packed(i, k)] * s);
-#pragma GCC unroll 9
+    LANE_UNROLL(9)
     for (int i = 6; i < 9; ++i) a[packed(i, k)] = a[packed(i, k)] * s;
-#pragma GCC unroll 6
+    LANE_UNROLL(6)
     for (int i = k + 1; i < 6; ++i) {
-#pragma GCC unroll 6
+      LANE_UNROLL(6)
       for (int j = k + 1; j <= i; ++j) {
         a[packed(i, j)] = fnma(a[packed(i, k)], l[packed(j, k)], a[packed(i, j)]);
         a[packed(i, j)] = fnma(l[packed(i, k)], a[packed(j, k)], a[packed(i, j)]);
       }
     }
-#pragma GCC unroll 9
+    LANE_UNROLL(9)
     for (int i = 6; i < 9; ++i) {
-#pragma GCC unroll 6
+      LANE_UNROLL(6)
       for (int j = k + 1; j < 6; ++j) a[packed(i, j)] = fnma(a[packed(i, k)], l[packed(j, k)], a[packed(i, j)]);
     }
-#pragma GCC unroll 6
+    LANE_UNROLL(6)
     for (int i = k + 1; i < 6; ++i) a[packed(i, k)] = fma(half, l[packed(i, k)], a[packed(i, k)]);
-#pragma GCC unroll 6
+    LANE_UNROLL(6)
     for (int i = k + 1; i < 6; ++i) {
       R x = a[packed(i, k)];
-#pragma GCC unroll 6
+      LANE_UNROLL(6)
       for (int j = k + 1; j < i; ++j) x = fnma(l[packed(i, j)], a[packed(j, k)], x);
       a[packed(i, k)] = x * p.l_inverse[i];
     }
@@ -134,11 +140,11 @@ LANE_FN auto reduce_to_standard(const R* mu, Eigenproblem<R>& p) {
 template <class R>
 LANE_FN void tridiagonalize(Eigenproblem<R>& p) {
   R* a = p.a;
-#pragma GCC unroll 7
+  LANE_UNROLL(7)
   for (int k = 0; k < 7; ++k) {
     p.d[k] = a[packed(k, k)];
     R s = a[packed(k + 1, k)] * a[packed(k + 1, k)];
-#pragma GCC unroll 9
+    LANE_UNROLL(9)
     for (int i = k + 2; i < 9; ++i) s = fma(a[packed(i, k)], a[packed(i, k)], s);
     const R norm = sqrt(s);
     const R x0 = a[packed(k + 1, k)];
@@ -152,22 +158,22 @@ LANE_FN void tridiagonalize(Eigenproblem<R>& p) {
     const R beta = select(none, R(0.0), R(1.0) / select(none, R(1.0), half));
     p.beta[k] = beta;
     R w[9];
-#pragma GCC unroll 9
+    LANE_UNROLL(9)
     for (int i = k + 1; i < 9; ++i) {
       R t = a[packed(i, k + 1)] * a[packed(k + 1, k)];
-#pragma GCC unroll 9
+      LANE_UNROLL(9)
       for (int j = k + 2; j < 9; ++j) t = fma(a[packed(i, j)], a[packed(j, k)], t);
       w[i] = t * beta;
     }
     R kappa = w[k + 1] * a[packed(k + 1, k)];
-#pragma GCC unroll 9
+    LANE_UNROLL(9)
     for (int i = k + 2; i < 9; ++i) kappa = fma(w[i], a[packed(i, k)], kappa);
     kappa = kappa * beta * R(0.5);
-#pragma GCC unroll 9
+    LANE_UNROLL(9)
     for (int i = k + 1; i < 9; ++i) w[i] = fnma(kappa, a[packed(i, k)], w[i]);
-#pragma GCC unroll 9
+    LANE_UNROLL(9)
     for (int i = k + 1; i < 9; ++i) {
-#pragma GCC unroll 9
+      LANE_UNROLL(9)
       for (int j = k + 1; j <= i; ++j) {
         a[packed(i, j)] = fnma(a[packed(i, k)], w[j], a[packed(i, j)]);
         a[packed(i, j)] = fnma(w[i], a[packed(j, k)], a[packed(i, j)]);
@@ -184,7 +190,7 @@ LANE_FN void tridiagonalize(Eigenproblem<R>& p) {
 template <class R>
 LANE_FN R smallest_eigenvalue(const R* d, const R* e) {
   R e2[8];
-#pragma GCC unroll 8
+  LANE_UNROLL(8)
   for (int i = 0; i < 8; ++i) e2[i] = e[i] * e[i];
   R sigma = R(-1e-14);
   auto active = R(0.0) < R(1.0);
@@ -193,7 +199,7 @@ LANE_FN R smallest_eigenvalue(const R* d, const R* e) {
     R p0 = R(1.0), p1 = d[0] - sigma;
     R q0 = R(0.0), q1 = R(-1.0);
     R r0 = R(0.0), r1 = R(0.0);
-#pragma GCC unroll 8
+    LANE_UNROLL(8)
     for (int i = 1; i < 9; ++i) {
       const R t = d[i] - sigma;
       const R p2 = fnma(e2[i - 1], p0, t * p1);
@@ -222,14 +228,14 @@ LANE_FN R smallest_eigenvalue(const R* d, const R* e) {
 /// Eigenvector of the tridiagonal form to the eigenvalue `lambda` by inverse iteration; not normalised.
 template <class R>
 LANE_FN void tridiagonal_vector(const R* d, const R* e, R lambda, R* x) {
-  // Just below the eigenvalue the matrix is positive definite, and LDL^T needs no pivoting. Where rounding puts the shift a
-  // hair above, a pivot turns negative: that is as good, as long as none is zero.
+  // Just below the eigenvalue the matrix is positive definite, and LDL^T needs no pivoting. Where rounding puts the
+  // shift a hair above, a pivot turns negative: that is as good, as long as none is zero.
   const R shift = lambda - lambda * R(1e-9) - R(1e-14);
   const R tiny = R(1e-17);
   R l[8], inverse[9];
   R pivot = d[0] - shift;
   inverse[0] = R(1.0) / select(abs(pivot) > tiny, pivot, tiny);
-#pragma GCC unroll 8
+  LANE_UNROLL(8)
   for (int i = 0; i < 8; ++i) {
     l[i] = e[i] * inverse[i];
     pivot = fnma(l[i], e[i], d[i + 1] - shift);
@@ -237,21 +243,21 @@ LANE_FN void tridiagonal_vector(const R* d, const R* e, R lambda, R* x) {
   }
   // Any start vector that is orthogonal to no likely eigenvector will do.
   constexpr double kStart[9] = {0.31, -0.53, 0.47, 0.42, -0.37, 0.61, 0.83, -0.71, 1.0};
-#pragma GCC unroll 9
+  LANE_UNROLL(9)
   for (int i = 0; i < 9; ++i) x[i] = R(kStart[i]);
-#pragma GCC unroll 1
+  LANE_ROLLED
   for (int round = 0; round < 3; ++round) {
-#pragma GCC unroll 8
+    LANE_UNROLL(8)
     for (int i = 0; i < 8; ++i) x[i + 1] = fnma(l[i], x[i], x[i + 1]);
-#pragma GCC unroll 9
+    LANE_UNROLL(9)
     for (int i = 0; i < 9; ++i) x[i] = x[i] * inverse[i];
-#pragma GCC unroll 8
+    LANE_UNROLL(8)
     for (int i = 7; i >= 0; --i) x[i] = fnma(l[i], x[i + 1], x[i]);
     R norm2 = x[0] * x[0];
-#pragma GCC unroll 9
+    LANE_UNROLL(9)
     for (int i = 1; i < 9; ++i) norm2 = fma(x[i], x[i], norm2);
     const R scale = R(1.0) / sqrt(norm2);
-#pragma GCC unroll 9
+    LANE_UNROLL(9)
     for (int i = 0; i < 9; ++i) x[i] = x[i] * scale;
   }
 }
@@ -259,18 +265,18 @@ LANE_FN void tridiagonal_vector(const R* d, const R* e, R lambda, R* x) {
 /// Undoes the reflections and the Cholesky factor: x becomes the generalized eigenvector with c^T N c = 1.
 template <class R>
 LANE_FN void back_transform(const Eigenproblem<R>& p, R* x) {
-#pragma GCC unroll 7
+  LANE_UNROLL(7)
   for (int k = 6; k >= 0; --k) {
     R t = p.a[packed(k + 1, k)] * x[k + 1];
-#pragma GCC unroll 9
+    LANE_UNROLL(9)
     for (int i = k + 2; i < 9; ++i) t = fma(p.a[packed(i, k)], x[i], t);
     t = t * p.beta[k];
-#pragma GCC unroll 9
+    LANE_UNROLL(9)
     for (int i = k + 1; i < 9; ++i) x[i] = fnma(t, p.a[packed(i, k)], x[i]);
   }
-#pragma GCC unroll 6
+  LANE_UNROLL(6)
   for (int i = 5; i >= 0; --i) {
-#pragma GCC unroll 6
+    LANE_UNROLL(6)
     for (int k = i + 1; k < 6; ++k) x[i] = fnma(p.l[packed(k, i)], x[k], x[i]);
     x[i] = x[i] * p.l_inverse[i];
   }
@@ -283,7 +289,7 @@ LANE_FN auto taubin_fit(const R* moments, R* c, R& lambda) {
   using kernels::moment_index;
   R mu[35];
   const R inverse_n = R(1.0) / max(moments[0], R(1.0));  // no points at all are flat, not NaN
-#pragma GCC unroll 35
+  LANE_UNROLL(35)
   for (int i = 1; i < 35; ++i) mu[i] = moments[i] * inverse_n;
   const R mx = mu[1], my = mu[2], mz = mu[3];
   mu[0] = R(1.0);
@@ -293,14 +299,14 @@ LANE_FN auto taubin_fit(const R* moments, R* c, R& lambda) {
   const auto flat = reduce_to_standard(mu, p);
   tridiagonalize(p);
   R trace = p.d[0];
-#pragma GCC unroll 9
+  LANE_UNROLL(9)
   for (int i = 1; i < 9; ++i) trace = trace + p.d[i];
   const auto no_trace = invert(trace > R(0.0));
   trace = select(no_trace, R(1.0), trace);
   const R scale = R(16.0) / trace;
-#pragma GCC unroll 9
+  LANE_UNROLL(9)
   for (int i = 0; i < 9; ++i) p.d[i] = p.d[i] * scale;
-#pragma GCC unroll 8
+  LANE_UNROLL(8)
   for (int i = 0; i < 8; ++i) p.e[i] = p.e[i] * scale;
   const R smallest = smallest_eigenvalue(p.d, p.e);
   R x[9];
@@ -310,13 +316,12 @@ LANE_FN auto taubin_fit(const R* moments, R* c, R& lambda) {
   // Constant, and back from the mean to the sample: f(y) with y = x - m.
   const auto bad = flat | no_trace;
   const R zero = R(0.0);
-#pragma GCC unroll 9
+  LANE_UNROLL(9)
   for (int i = 0; i < 9; ++i) x[i] = select(bad, zero, x[i]);
   R constant = zero;
-#pragma GCC unroll 6
+  LANE_UNROLL(6)
   for (int i = 0; i < 6; ++i) {
-    const int* k = kExponents[i];
-    constant = fnma(x[i], mu[moment_index(k[0], k[1], k[2])], constant);
+    constant = fnma(x[i], mu[entry_index(i)], constant);
   }
   // grad of the quadratic part at -m, and its value there.
   const R gx = fma(R(2.0) * x[0], mx, fma(x[3], my, x[5] * mz));
@@ -324,7 +329,7 @@ LANE_FN auto taubin_fit(const R* moments, R* c, R& lambda) {
   const R gz = fma(R(2.0) * x[2], mz, fma(x[4], my, x[5] * mx));
   const R quadratic = R(0.5) * fma(gx, mx, fma(gy, my, gz * mz));
   const R linear = fma(x[6], mx, fma(x[7], my, x[8] * mz));
-#pragma GCC unroll 6
+  LANE_UNROLL(6)
   for (int i = 0; i < 6; ++i) c[i] = x[i];
   c[6] = x[6] - gx;
   c[7] = x[7] - gy;

@@ -46,7 +46,7 @@ LANE_FN void trial_equations(const kernels::CylinderTrials& t, int lane, const T
   out.t2 = {xy, fma(w.y, w.y * s, sign), -w.y};
   alignas(64) float e1[n][kSumLanes], e2[n][kSumLanes], h[n][kSumLanes], weight[n][kSumLanes], we[n][kSumLanes];
   Sum cost = zero, square = zero;
-#pragma GCC unroll 1
+  LANE_ROLLED
   for (int i = 0; i < n; ++i) {
     const Vec3<Sum> p = {Sum::load(t.points[i][0] + lane) - c.point.x, Sum::load(t.points[i][1] + lane) - c.point.y,
                          Sum::load(t.points[i][2] + lane) - c.point.z};
@@ -60,16 +60,16 @@ LANE_FN void trial_equations(const kernels::CylinderTrials& t, int lane, const T
   }
   out.cost = cost, out.square = square;
   if (!equations) {
-#pragma GCC unroll 15
+    LANE_UNROLL(15)
     for (int k = 0; k < 15; ++k) out.A[k] = zero;
-#pragma GCC unroll 5
+    LANE_UNROLL(5)
     for (int k = 0; k < 5; ++k) out.b[k] = zero;
     return;
   }
   Sum s1[9], s2[9];
-#pragma GCC unroll 9
+  LANE_UNROLL(9)
   for (int k = 0; k < 9; ++k) s1[k] = s2[k] = zero;
-#pragma GCC unroll 1
+  LANE_ROLLED
   for (int i = 0; i < n; ++i) {
     const Sum p = Sum::load(e1[i]), r = Sum::load(e2[i]), x = Sum::load(h[i]);
     const Sum v0 = Sum::load(weight[i]), v1 = v0 * x, v2 = v1 * x, p0 = v0 * p, p1 = v1 * p, p2 = v2 * p;
@@ -77,7 +77,7 @@ LANE_FN void trial_equations(const kernels::CylinderTrials& t, int lane, const T
     s1[3] = fma(p0, p, s1[3]), s1[4] = fma(p1, p, s1[4]), s1[5] = fma(p2, p, s1[5]);
     s1[6] = fma(p0, r, s1[6]), s1[7] = fma(p1, r, s1[7]), s1[8] = fma(p2, r, s1[8]);
   }
-#pragma GCC unroll 1
+  LANE_ROLLED
   for (int i = 0; i < n; ++i) {
     const Sum p = Sum::load(e1[i]), r = Sum::load(e2[i]), x = Sum::load(h[i]);
     const Sum v0 = Sum::load(weight[i]), v1 = v0 * x, f0 = Sum::load(we[i]), f1 = f0 * x;
@@ -91,9 +91,9 @@ LANE_FN void trial_equations(const kernels::CylinderTrials& t, int lane, const T
                      s1[4], s1[7],         s1[5],                 //
                      s1[7], s1[1] - s1[4], s1[8], s1[2] - s1[5],  //
                      s2[0], s2[1],         s2[2], s2[3],         s1[0]};
-#pragma GCC unroll 15
+  LANE_UNROLL(15)
   for (int k = 0; k < 15; ++k) out.A[k] = A[k];
-#pragma GCC unroll 5
+  LANE_UNROLL(5)
   for (int k = 0; k < 5; ++k) out.b[k] = s2[4 + k];
 }
 
@@ -103,31 +103,31 @@ LANE_FN auto trial_solve(const TrialEquations& q, Sum damping, Sum b_scale, Sum*
   Sum L[5][5], D[5], inverse[5];
   auto definite = zero < one;
   int k = 0;
-#pragma GCC unroll 5
+  LANE_UNROLL(5)
   for (int i = 0; i < 5; ++i) {
-#pragma GCC unroll 5
+    LANE_UNROLL(5)
     for (int j = 0; j < i; ++j, ++k) {
       Sum v = q.A[k];
-#pragma GCC unroll 5
+      LANE_UNROLL(5)
       for (int m = 0; m < j; ++m) v = fnma(L[i][m] * D[m], L[j][m], v);
       L[i][j] = v * inverse[j];
     }
     D[i] = fma(q.A[k++], one + damping, ridge);
-#pragma GCC unroll 5
+    LANE_UNROLL(5)
     for (int m = 0; m < i; ++m) D[i] = fnma(L[i][m] * L[i][m], D[m], D[i]);
     definite = definite & (D[i] > zero);
     inverse[i] = one / D[i];
   }
-#pragma GCC unroll 5
+  LANE_UNROLL(5)
   for (int i = 0; i < 5; ++i) {
     x[i] = b_scale * q.b[i];
-#pragma GCC unroll 5
+    LANE_UNROLL(5)
     for (int m = 0; m < i; ++m) x[i] = fnma(L[i][m], x[m], x[i]);
   }
-#pragma GCC unroll 5
+  LANE_UNROLL(5)
   for (int i = 4; i >= 0; --i) {
     x[i] = x[i] * inverse[i];
-#pragma GCC unroll 5
+    LANE_UNROLL(5)
     for (int m = i + 1; m < 5; ++m) x[i] = fnma(L[m][i], x[m], x[i]);
   }
   return definite;
@@ -137,7 +137,7 @@ LANE_FN auto trial_solve(const TrialEquations& q, Sum damping, Sum b_scale, Sum*
 LANE_FN void fit_trials(kernels::CylinderTrials& t) {
   constexpr int n = kernels::CylinderTrials::kPoints;
   const Sum zero(0.0f), one(1.0f), per_arm(1.0f / t.arm);
-#pragma GCC unroll 1
+  LANE_ROLLED
   for (int lane = 0; lane < 16; lane += kSumLanes) {
     TrialCylinder c = {load3(t.point, lane), load3(t.axis, lane), Sum::load(t.radius + lane)};
     const Sum sigma = Sum::load(t.sigma + lane);
@@ -158,9 +158,8 @@ LANE_FN void fit_trials(kernels::CylinderTrials& t) {
     for (std::int32_t step = 0; step < t.steps && any(going); ++step) {
       Sum x[5];
       const auto definite = trial_solve(here, damping, sigma, x);
-      const auto moved = [&](const Vec3<Sum>& v, Sum a, Sum b) __attribute__((always_inline)) {
-        return add_scaled(add_scaled(v, b, here.t2), a, here.t1);
-      };
+      const auto moved = [&](const Vec3<Sum>& v, Sum a, Sum b)
+                             LANE_INLINE { return add_scaled(add_scaled(v, b, here.t2), a, here.t1); };
       const TrialCylinder next = {moved(c.point, x[0], x[1]), unit(moved(c.axis, x[2] * per_arm, x[3] * per_arm)),
                                   c.radius + x[4]};
       trial_equations(t, lane, next, step + 1 < t.steps, there);
@@ -175,9 +174,9 @@ LANE_FN void fit_trials(kernels::CylinderTrials& t) {
       c.point = select3(better, next.point, c.point), c.axis = select3(better, next.axis, c.axis);
       c.radius = select(better, next.radius, c.radius);
       here.t1 = select3(better, there.t1, here.t1), here.t2 = select3(better, there.t2, here.t2);
-#pragma GCC unroll 15
+      LANE_UNROLL(15)
       for (int k = 0; k < 15; ++k) here.A[k] = select(better, there.A[k], here.A[k]);
-#pragma GCC unroll 5
+      LANE_UNROLL(5)
       for (int k = 0; k < 5; ++k) here.b[k] = select(better, there.b[k], here.b[k]);
       here.cost = select(better, there.cost, here.cost), here.square = select(better, there.square, here.square);
       going = going & ~small & (failed < Sum(3.0f));
@@ -187,7 +186,7 @@ LANE_FN void fit_trials(kernels::CylinderTrials& t) {
     const Vec3<Sum> flat = add_scaled(to, -dot(to, c.axis), c.axis);
     const Vec3<Sum> ahead = select3(dot(flat, flat) > Sum(1e-12f), unit(flat), here.t1), side = cross(c.axis, ahead);
     Sum least(3.0f), most(-3.0f);
-#pragma GCC unroll 1
+    LANE_ROLLED
     for (int i = 0; i < n; ++i) {
       const Vec3<Sum> p = {Sum::load(t.points[i][0] + lane) - c.point.x, Sum::load(t.points[i][1] + lane) - c.point.y,
                            Sum::load(t.points[i][2] + lane) - c.point.z};

@@ -8,7 +8,7 @@ namespace handhold::HANDHOLD_LANE {
 
 /// Puts t into kTurns ascending numbers, the largest of which falls out; in each lane.
 LANE_FN void insert_turn(Sum t, Sum* sorted) {
-#pragma GCC unroll 8
+  LANE_UNROLL(8)
   for (int k = 0; k < kernels::kTurns; ++k) {
     const Sum low = min(sorted[k], t);
     t = max(sorted[k], t);
@@ -39,9 +39,9 @@ LANE_FN void find_outer_turns(const float* px, const float* py, const float* pz,
                               const kernels::TurnQuery& q, float* least, float* most) {
   const Sum one(1.0f), zero(0.0f), out(3.0f), small(1e-30f);
   Sum first[kernels::kTurns], last[kernels::kTurns];  // ascending; the last ones negated
-#pragma GCC unroll 8
+  LANE_UNROLL(8)
   for (int k = 0; k < kernels::kTurns; ++k) first[k] = last[k] = out;
-#pragma GCC unroll 1
+  LANE_ROLLED
   for (std::int32_t i = 0; i < n; i += kSumLanes) {
     const auto in = Sum::load(kLaneNumbers) < Sum(static_cast<float>(n - i));
     const Sum x = Sum::loadu(px + i) - Sum(q.point[0]), y = Sum::loadu(py + i) - Sum(q.point[1]);

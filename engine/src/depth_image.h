@@ -11,17 +11,14 @@
 #include <vector>
 
 #include "budget.h"
+#include "candidate.h"
 #include "conditions.h"
 #include "handhold/cloud.h"
 #include "vec3.h"
 
 namespace handhold {
 
-/// Standard deviation of depth at distance z of a structured-light camera (m).
-inline double depth_noise(double z) {
-  const double d = std::max(0.0, z - 0.4);
-  return 0.0008 + 0.0019 * d * d;
-}
+using kernels::depth_noise;
 
 /// A change of depth between neighbouring pixels beyond this is a step from one surface to another (m), where the
 /// standard deviation of depth is `sigma` (m).

@@ -10,27 +10,19 @@
 
 #include "bend.h"
 #include "kernels.h"
-#include "normals.h"
-#include "random.h"
+#include "proposals.h"
 #include "vec3.h"
 
 namespace handhold {
 namespace {
 
-constexpr int kTries = 100;
+using kernels::kTries;
 /// Every round waits for the one before. The default method finds as much with seven as with the paper's ten.
 constexpr int kPaperRounds = 10, kRounds = 7;
 /// Points that a uniform draw passes over at most.
 constexpr int kFlatTries = 16;
 /// Uniform draws that are made side by side.
 constexpr int kUniformAtOnce = 32;
-/// Streams of the random numbers: a round's uniform draws and its proposals do not share one.
-constexpr std::uint64_t uniform_stream(int round) {
-  return 2 * static_cast<std::uint64_t>(round);
-}
-constexpr std::uint64_t proposal_stream(int round) {
-  return 2 * static_cast<std::uint64_t>(round) + 1;
-}
 
 Vector3 to_double(const float* p) {
   return {static_cast<double>(p[0]), static_cast<double>(p[1]), static_cast<double>(p[2])};
@@ -305,8 +297,7 @@ bool Sampler::nearest(const Proposal& proposal, float radius, Scratch& s, float*
 
 /// Brings near proposals to the cloud; those that are too far from it stay in the list.
 void Sampler::snap(std::vector<Proposal>& proposals, Scratch& s, float* xyz) const {
-  // The larger ball only if the smaller one is empty: half of the draws lie within 0.45 of the radius of a surface.
-  for (const float share : {0.45f, 1.0f}) {
+  for (const float share : {kernels::kNearShare, 1.0f}) {
     if (proposals.empty()) return;
     std::array<float, 3> low = proposals.front().position, high = low;
     for (const Proposal& p : proposals) {

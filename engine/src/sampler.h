@@ -25,6 +25,11 @@ class Sampler {
   /// ten equal rounds (by the default method: seven), the last one with the remainder.
   static std::vector<int> rounds(const Options& options);
 
+  /// Stream of the random numbers of a round's uniform draws.
+  static constexpr std::uint64_t uniform_stream(int round) { return 2 * static_cast<std::uint64_t>(round); }
+  /// Of its proposals.
+  static constexpr std::uint64_t proposal_stream(int round) { return uniform_stream(round) + 1; }
+
   /// Takes the points of a frame. With a workspace, only points inside are drawn; with an image, uniform draws pass
   /// over points whose surroundings are flat or hollow.
   void begin(const TileStore& tiles, const NeighbourIndex& index, const DepthImage* image = nullptr);

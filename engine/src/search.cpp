@@ -46,13 +46,7 @@ class Stopwatch {
   Clock::time_point last_;
 };
 
-/// Frame of the moments to frame of the cloud.
-Vector3 to_cloud(const double* R_frame_cloud, const Vector3& v) {
-  Vector3 out{};
-  for (std::size_t i = 0; i < 3; ++i)
-    for (std::size_t j = 0; j < 3; ++j) out[j] += R_frame_cloud[3 * i + j] * v[i];
-  return out;
-}
+/// Frame of the cloud to frame of the moments.
 Vector3 to_frame(const double* R_frame_cloud, const Vector3& v) {
   Vector3 out{};
   for (std::size_t i = 0; i < 3; ++i)
@@ -89,18 +83,37 @@ double rod_residual(double rod, double radius) {
 
 }  // namespace
 
-Search::Search(const Options& options, const Conditions& conditions) : options_(&options), conditions_(conditions) {
+std::vector<Scale> scales_of(const Options& options) {
   // Only a fitted circle within the aperture goes on, so nothing flatter than a cylinder of that width is worth a sum.
   // A strip whose points have the variance v across leaves 2 v / sqrt(5) / (2 curvature) = 0.894 v / (2 curvature).
   const double widest = std::min(options.hand_aperture / 2, options.effective_reach());
   std::vector<double> radii = options.effective_radius();
   std::sort(radii.begin(), radii.end());
+  std::vector<Scale> scales;
   for (const double radius : radii) {
     const double flat = kFlatShare * cylinder_residual(widest, radius);
-    scales_.push_back({radius, static_cast<float>(flat), static_cast<float>(kFlatShare * 0.894 / (2 * widest)),
-                       flat < rod_residual(kThinnestPart, radius)});
+    scales.push_back({radius, static_cast<float>(flat), static_cast<float>(kFlatShare * 0.894 / (2 * widest)),
+                      flat < rod_residual(kThinnestPart, radius)});
   }
+  return scales;
 }
+
+kernels::FitLimits fit_limits(const Options& options, double radius, bool by_points,
+                              const std::optional<Vector3>& viewpoint) {
+  const double slack = by_points ? 1.5 : 1;
+  kernels::FitLimits limits{};
+  limits.radius = radius;
+  limits.least_curvature = radius / (slack * options.effective_reach());
+  limits.widest = slack * options.hand_aperture, limits.narrowest = options.hand_minimum, limits.slack = slack;
+  if (viewpoint) {
+    limits.seen_from = 1;
+    std::copy_n(viewpoint->data(), 3, limits.viewpoint);
+  }
+  return limits;
+}
+
+Search::Search(const Options& options, const Conditions& conditions)
+    : options_(&options), conditions_(conditions), scales_(scales_of(options)) {}
 
 void Search::begin(const Layers& layers, const std::optional<Vector3>& viewpoint, const DepthImage* image) {
   image_ = image && !image->empty() ? image : nullptr;
@@ -357,7 +370,7 @@ bool Search::run_scale(std::size_t first_group, std::size_t last_group, const Sc
 bool Search::fit(double radius, Scratch& s) const {
   const kernels::Kernels& k = kernels::kernels();
   kernels::FitBatch& f = s.fit;
-  const double least_curvature = radius / ((image_ ? 1.5 : 1) * options_->effective_reach());
+  const kernels::FitLimits limits = fit_limits(*options_, radius, image_, viewpoint_);
   for (std::size_t first = 0; first < s.whole.size(); first += kernels::kBatch) {
     const std::size_t n = std::min<std::size_t>(kernels::kBatch, s.whole.size() - first);
     if (budget_.spent()) return false;
@@ -377,45 +390,33 @@ bool Search::fit(double radius, Scratch& s) const {
       const std::uint32_t entry = s.whole[first + lane], at = s.sample[entry];
       const kernels::Moments& m = s.moments[entry];
       Step& step = s.reached[entry];
-      if (f.status[lane] == kernels::kFitFlat) {
-        step = Step::kFlat;
-        continue;
-      }
-      if (!(f.kappa_median[lane] >= least_curvature)) {
-        step = Step::kCurvatureLow;
-        continue;
-      }
       const double circle_radius = f.circle_radius[lane] * radius;
-      // The default method measures again with the points: it wants a start, not a verdict.
-      const double slack = image_ ? 1.5 : 1;
-      if (!(2 * circle_radius <= slack * options_->hand_aperture)) {
-        step = Step::kCircleWide;
-        continue;
-      }
-      if (2 * circle_radius * slack < options_->hand_minimum) {
-        step = Step::kCircleNarrow;
+      const kernels::End end =
+          kernels::judge_fit(limits, f.status[lane] == kernels::kFitFlat, f.kappa_median[lane], circle_radius);
+      if (end != kernels::kEndAffordance) {
+        step = static_cast<Step>(end);
         continue;
       }
       Candidate c;
       c.entry = entry;
       const float* p = &sorted_[3 * static_cast<std::size_t>(at)];
       c.position = {p[0], p[1], p[2]};
-      const auto vector = [&](const double(*v)[kernels::kBatch]) {
-        return to_cloud(m.R_frame_cloud, {v[0][lane], v[1][lane], v[2][lane]});
-      };
       Affordance& a = c.affordance;
       a.sample = number_[at];
-      a.center = c.position + radius * vector(f.circle_centre);
-      a.axis = canonical_axis(normalized(vector(f.axis)));
-      a.normal = normalized(vector(f.centre_normal));
-      const Vector3 outward = viewpoint_ ? *viewpoint_ - c.position : c.position - a.center;
-      if (dot(a.normal, outward) < 0) a.normal = -1.0 * a.normal;
+      const auto vector = [lane](const double(*v)[kernels::kBatch]) {
+        return Vector3{v[0][lane], v[1][lane], v[2][lane]};
+      };
+      const Vector3 centre = vector(f.circle_centre), axis = vector(f.axis), normal = vector(f.centre_normal);
+      const kernels::Place place =
+          kernels::place_fit(limits, c.position.data(), m.R_frame_cloud, centre.data(), axis.data(), normal.data());
+      std::copy_n(place.center, 3, a.center.data()), std::copy_n(place.axis, 3, a.axis.data());
+      std::copy_n(place.normal, 3, a.normal.data());
       a.radius = circle_radius;
       a.neighbourhood = radius;
       a.curvature = f.kappa_median[lane] / radius;
       c.residual = std::sqrt(f.lambda[lane]);
       c.scale = radius;
-      c.density = static_cast<double>(m.count) / (kPi * radius * radius);
+      c.density = kernels::ball_density(m.count, radius);
       s.candidates.push_back(c);
     }
   }

@@ -12,6 +12,7 @@
 
 #include "aligned.h"
 #include "budget.h"
+#include "candidate.h"
 #include "conditions.h"
 #include "cylinder.h"
 #include "depth_image.h"
@@ -26,6 +27,23 @@ namespace handhold {
 
 /// No part that the default method finds has a smaller radius (m).
 inline constexpr double kThinnestPart = 0.004;
+
+/// A size of neighbourhoods, and what is too flat to be summed there: kernels::NeighbourhoodBatch::flat_rms and
+/// flat_slope.
+struct Scale {
+  double radius;  ///< m
+  float flat_rms, flat_slope;
+  bool shows_rods;  ///< what is too flat here holds no part, however thin
+};
+/// All that the options ask for, by their radius.
+std::vector<Scale> scales_of(const Options& options);
+
+/// What a fit must show. `by_points`: the default method measures again with the points, and wants a start, not a
+/// verdict.
+kernels::FitLimits fit_limits(const Options& options, double radius, bool by_points,
+                              const std::optional<Vector3>& viewpoint);
+/// What the paper's shell must be like.
+kernels::ShellLimits shell_limits(const Options& options);
 
 /// Time spent in each step, summed over the threads (s).
 struct StepSeconds {
@@ -55,13 +73,6 @@ class Search {
   struct Group {
     std::uint32_t begin, end;  ///< in the sorted order
     float low[3], high[3];     ///< box of its samples (m)
-  };
-  /// A size of neighbourhoods, and what is too flat to be summed there: kernels::NeighbourhoodBatch::flat_rms and
-  /// flat_slope.
-  struct Scale {
-    double radius;  ///< m
-    float flat_rms, flat_slope;
-    bool shows_rods;  ///< what is too flat here holds no part, however thin
   };
   /// What a group of a task looks at.
   struct Near {
@@ -107,6 +118,7 @@ class Search {
     std::vector<std::uint32_t> whole;   ///< entries whose moments are valid
     std::vector<Vector3> axis;          ///< by position in `whole`, when the axis is not the quadric's
     std::vector<Candidate> candidates;
+    std::vector<kernels::ShellQuery> queries;  ///< of each candidate, by the paper's method
     AlignedArray<float> x, y, z;
     Trials trials;
     std::vector<Found> found;

@@ -12,21 +12,26 @@ constexpr float kShellGroup = 0.12f;
 
 }  // namespace
 
+kernels::ShellLimits shell_limits(const Options& o) {
+  return {o.hand_aperture, o.finger_width / 2, o.finger_thickness, o.shell_gap_area_mm2, o.shell_inner_area_mm2};
+}
+
 /// Shells of the chunk's candidates, group by group of near centres.
 bool Search::find_shells(Scratch& s) const {
   const auto [tiles, index] = (*layers_)[0];
   const kernels::Kernels& k = kernels::kernels();
-  const double half_width = options_->finger_width / 2, gap = options_->finger_thickness;
-  const auto largest_radius = [&](const Candidate& c) {
-    const double z = viewpoint_ ? norm(c.position - *viewpoint_) : 0.0;
-    // Noise may carry single points of the part beyond its own radius.
-    // Far away the noise of such a camera would swallow what stands beside the part: it counts up to a tenth of the
-    // hand.
-    return options_->hand_aperture / 2 + std::min(2 * depth_noise(z), 0.1 * options_->hand_aperture) + 0.002;
-  };
+  const kernels::ShellLimits limits = shell_limits(*options_);
+  s.queries.clear();
+  for (const Candidate& c : s.candidates) {
+    const Affordance& a = c.affordance;
+    kernels::Place place;
+    std::copy_n(a.center.data(), 3, place.center), std::copy_n(a.axis.data(), 3, place.axis);
+    s.queries.push_back(kernels::shell_query(limits, fit_limits(*options_, c.scale, false, viewpoint_),
+                                             c.position.data(), place, a.radius, c.density));
+  }
   for (std::size_t first = 0; first < s.candidates.size();) {
     float low[3], high[3];
-    double farthest = 0;
+    float farthest = 0;
     std::size_t last = first;
     if (budget_.spent()) return false;
     for (; last < s.candidates.size(); ++last) {
@@ -39,30 +44,18 @@ bool Search::find_shells(Scratch& s) const {
       }
       if (d2 > kShellGroup * kShellGroup) break;
       std::copy(l, l + 3, low), std::copy(h, h + 3, high);
-      farthest = std::max(farthest, std::hypot(largest_radius(c) + gap, half_width));
+      const kernels::ShellQuery& q = s.queries[last];
+      farthest = std::max(farthest, std::hypot(q.max_radius + q.gap, q.half_width));
     }
-    s.shells.fill(*tiles, *index, low, high, static_cast<float>(farthest));
+    s.shells.fill(*tiles, *index, low, high, 1.00001f * farthest);
     for (; first < last; ++first) {
       Candidate& c = s.candidates[first];
       Affordance& a = c.affordance;
-      kernels::ShellQuery q{};
-      for (std::size_t j = 0; j < 3; ++j) {
-        q.centre[j] = static_cast<float>(a.center[j]);
-        q.axis[j] = static_cast<float>(a.axis[j]);
-      }
-      q.half_width = static_cast<float>(half_width);
-      q.start_radius = static_cast<float>(0.7 * a.radius);
-      q.max_radius = static_cast<float>(largest_radius(c));
-      q.gap = static_cast<float>(gap);
-      q.max_gap_points =
-          static_cast<std::int32_t>(std::min(1e9, std::floor(options_->shell_gap_area_mm2 * 1e-6 * c.density)));
-      q.min_inner_points = std::max(
-          1, static_cast<std::int32_t>(std::min(1e9, std::ceil(options_->shell_inner_area_mm2 * 1e-6 * c.density))));
       kernels::ShellResult r;
-      k.shell(tiles->view(), s.shells.view(), q, s.kernel.data(), r);
+      k.shell(tiles->view(), s.shells.view(), s.queries[first], s.kernel.data(), r);
       Step& step = s.reached[c.entry];
       if (r.status != kernels::kShellFound) {
-        step = r.status == kernels::kShellEmpty ? Step::kShellEmpty : Step::kNoGap;
+        step = static_cast<Step>(kernels::end_of_shell(r));
         continue;
       }
       step = Step::kAffordance;

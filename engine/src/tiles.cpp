@@ -9,20 +9,15 @@
 
 #include "morton.h"
 #include "radix_sort.h"
+#include "ranks.h"
 
 namespace handhold {
 namespace {
 
 constexpr std::size_t kRankStep = 256;
-constexpr std::size_t kSubset = 2048;
 /// Work between two looks at the clock: some 50 us.
 constexpr std::uint32_t kBlocksAtOnce = 16;
 constexpr std::size_t kPointsAtOnce = 8192;
-
-bool usable(const float* p) {
-  // The kernels leave out what is beyond 1e6 m; the comparison is false for NaN.
-  return std::fabs(p[0]) <= 1e6f && std::fabs(p[1]) <= 1e6f && std::fabs(p[2]) <= 1e6f;
-}
 
 typedef float Four __attribute__((vector_size(16), aligned(4), may_alias));
 
@@ -80,6 +75,15 @@ void load_block(const CloudView& cloud, std::uint32_t every, std::uint32_t u0, s
 
 }  // namespace
 
+void order_blocks(std::uint32_t across, std::uint32_t down, std::uint32_t* order) {
+  const std::uint32_t n = across * down;
+  for (std::uint32_t i = 0; i < n; ++i) order[i] = i;
+  std::sort(order, order + n, [across](std::uint32_t a, std::uint32_t b) {
+    const std::uint32_t ma = morton2(a % across, a / across), mb = morton2(b % across, b / across);
+    return ma != mb ? ma < mb : a < b;
+  });
+}
+
 void TileStore::allocate(std::uint32_t blocks) {
   blocks_ = blocks;
   const std::size_t n = std::max<std::uint32_t>(blocks, 1);
@@ -119,11 +123,7 @@ void TileStore::build_organized(const CloudView& cloud, std::uint32_t step, cons
   const std::uint32_t across = (thinned(cloud.width, step) + 15) / 16, down = (thinned(cloud.height, step) + 15) / 16;
   if (order_width_ != across || order_height_ != down) {
     order_.resize(static_cast<std::size_t>(across) * down);
-    for (std::uint32_t i = 0; i < order_.size(); ++i) order_[i] = i;
-    std::sort(order_.begin(), order_.end(), [across](std::uint32_t a, std::uint32_t b) {
-      const std::uint32_t ma = morton2(a % across, a / across), mb = morton2(b % across, b / across);
-      return ma != mb ? ma < mb : a < b;
-    });
+    order_blocks(across, down, order_.data());
     order_width_ = across, order_height_ = down;
   }
   allocate(static_cast<std::uint32_t>(order_.size()));
@@ -139,18 +139,7 @@ void TileStore::build_organized(const CloudView& cloud, std::uint32_t step, cons
 }
 
 void TileStore::build_unorganized(const CloudView& cloud, const Budget& budget) {
-  // Cells of 8 mm where they cover the cloud in 7 bits a coordinate; otherwise 11 bits and cells as large as it takes.
-  // A few stray points far away must not make the cells of all others coarse: bounds are robust, keys are clamped.
-  float extent = 0;
-  for (int k = 0; k < 3; ++k) extent = std::max(extent, robust_high_[k] - robust_low_[k]);
-  extent *= 1.25f;
-  const bool small = extent <= 127 * 0.008f;
-  const int bits = small ? 7 : 11;
-  const float cell = small ? 0.008f : std::max(0.004f, extent / 2047.0f);
-  const float last = static_cast<float>((1 << bits) - 1);
-  float origin[3];
-  for (int k = 0; k < 3; ++k) origin[k] = 0.5f * (robust_low_[k] + robust_high_[k]) - 0.5f * cell * last;
-
+  const kernels::MortonCells cells = bounds_.cells();
   const std::size_t n = cloud.size();
   keys_.require(n);
   other_keys_.require(n);
@@ -159,14 +148,10 @@ void TileStore::build_unorganized(const CloudView& cloud, const Budget& budget) 
     if (i % kPointsAtOnce == 0) budget.check();
     const float* p = cloud.point(i);
     if (!usable(p)) continue;
-    std::uint32_t c[3];
-    for (int k = 0; k < 3; ++k) {
-      c[k] = static_cast<std::uint32_t>(std::clamp((p[k] - origin[k]) / cell, 0.0f, last));
-    }
     // 33 bits of key, 31 of index: sizes are checked when the cloud comes in.
-    keys_[finite++] = morton3(c[0], c[1], c[2]) << 31 | i;
+    keys_[finite++] = cells.number(p) << 31 | i;
   }
-  const std::uint64_t* sorted = radix_sort(keys_.data(), other_keys_.data(), finite, 31, 3 * bits);
+  const std::uint64_t* sorted = radix_sort(keys_.data(), other_keys_.data(), finite, 31, 3 * cells.bits);
   allocate(static_cast<std::uint32_t>((finite + 255) / 256));
   tbb::parallel_for(tbb::blocked_range<std::uint32_t>(0, blocks_, 32), [&](const auto& range) {
     for (std::uint32_t b = range.begin(); b < range.end(); ++b) {
@@ -188,36 +173,9 @@ void TileStore::build_unorganized(const CloudView& cloud, const Budget& budget) 
   budget.check();
 }
 
-void TileStore::find_robust_bounds(const CloudView& cloud) {
-  // Every stride-th usable point; denser when most points are missing.
-  const std::size_t n = cloud.size();
-  // Odd, so that it does not walk down one column of an image.
-  for (std::size_t stride = n / kSubset | 1;; stride = stride / 16 | 1) {
-    subset_.clear();
-    for (std::size_t i = 0; i < n; i += stride) {
-      const float* p = cloud.point(i);
-      if (usable(p)) subset_.insert(subset_.end(), p, p + 3);
-    }
-    if (stride == 1 || subset_.size() >= 3 * (kSubset / 16)) break;
-  }
-  const std::size_t count = subset_.size() / 3;
-  if (count == 0) return;
-  std::vector<float>& values = values_;
-  values.resize(count);
-  for (std::size_t k = 0; k < 3; ++k) {
-    for (std::size_t i = 0; i < count; ++i) values[i] = subset_[3 * i + k];
-    const std::size_t low = count / 50, high = count - 1 - low;
-    std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(low), values.end());
-    robust_low_[k] = values[low];
-    std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(high), values.end());
-    robust_high_[k] = values[high];
-  }
-}
-
 void TileStore::build(const CloudView& cloud, const Budget& budget) {
-  find_robust_bounds(cloud);
-  // A single row or column is no image, whatever its height says.
-  organized_ = cloud.width >= 4 && cloud.height >= 4;
+  bounds_.find(cloud);
+  organized_ = is_image(cloud);
   if (organized_) {
     build_organized(cloud, 1, budget);
   } else {
@@ -227,8 +185,8 @@ void TileStore::build(const CloudView& cloud, const Budget& budget) {
 }
 
 void TileStore::build_thinned(const CloudView& cloud, const TileStore& full, std::uint32_t step, const Budget& budget) {
-  std::copy(full.robust_low_, full.robust_low_ + 3, robust_low_);
-  std::copy(full.robust_high_, full.robust_high_ + 3, robust_high_);
+  std::copy(full.bounds_.low, full.bounds_.low + 3, bounds_.low);
+  std::copy(full.bounds_.high, full.bounds_.high + 3, bounds_.high);
   organized_ = full.organized_;
   if (organized_) {
     build_organized(cloud, step, budget);
@@ -272,20 +230,9 @@ void TileStore::number_points() {
 void TileStore::finite_point(std::size_t rank, float* xyz) const {
   std::uint32_t b = rank_hint_[rank / kRankStep];
   while (first_rank_[b + 1] <= rank) ++b;
-  auto left = static_cast<std::uint32_t>(rank - first_rank_[b]);
-  // The last tile that starts at or before the rank; empty ones share their successor's start.
-  const std::uint16_t* before = tile_rank_.data() + 16 * static_cast<std::size_t>(b);
-  std::uint32_t t = 0;
-  for (std::uint32_t i = 1; i < kernels::kBlockTiles; ++i) t += before[i] <= left;
-  left -= before[t];
-  const float* tile = points_.data() + 768 * static_cast<std::size_t>(b) + 48 * t;
-  std::uint32_t i = left;
-  if (!(full_[b] >> t & 1)) {
-    for (i = 0;; ++i) {
-      if (tile[i] < kernels::kFar && left-- == 0) break;
-    }
-  }
-  xyz[0] = tile[i], xyz[1] = tile[16 + i], xyz[2] = tile[32 + i];
+  kernels::point_of_rank(points_.data() + 768 * static_cast<std::size_t>(b),
+                         tile_rank_.data() + 16 * static_cast<std::size_t>(b), full_[b],
+                         static_cast<std::uint32_t>(rank - first_rank_[b]), xyz);
 }
 
 }  // namespace handhold

@@ -6,11 +6,21 @@
 #include <vector>
 
 #include "aligned.h"
+#include "bounds.h"
 #include "budget.h"
 #include "handhold/cloud.h"
 #include "kernels.h"
 
 namespace handhold {
+
+/// Where the blocks of an organized cloud stand: order[i] is the row-major number of the i-th block's 16x16 pixels
+/// among `across` * `down` of them, along the Morton curve over the image.
+void order_blocks(std::uint32_t across, std::uint32_t down, std::uint32_t* order);
+
+/// Whether a cloud is taken as an image: a single row or column is none, whatever its height says.
+inline bool is_image(const CloudView& cloud) {
+  return cloud.width >= 4 && cloud.height >= 4;
+}
 
 /// The finite points of one cloud, laid out for the kernels. Reused from frame to frame.
 ///
@@ -42,8 +52,8 @@ class TileStore {
 
   /// Bounds that hold nearly all points (m): the 2nd and 98th percentile of each coordinate over a fixed subset. Only
   /// valid with at least one finite point.
-  const float* robust_low() const { return robust_low_; }
-  const float* robust_high() const { return robust_high_; }
+  const float* robust_low() const { return bounds_.low; }
+  const float* robust_high() const { return bounds_.high; }
 
  private:
   void build_organized(const CloudView& cloud, std::uint32_t step, const Budget& budget);
@@ -51,7 +61,6 @@ class TileStore {
   void allocate(std::uint32_t blocks);
   void finish_block(std::uint32_t block);
   void number_points();
-  void find_robust_bounds(const CloudView& cloud);
 
   AlignedArray<float> points_, boxes_, sums_, block_boxes_;
   AlignedArray<std::uint16_t> full_;
@@ -61,12 +70,11 @@ class TileStore {
   std::vector<std::uint32_t> order_;       ///< organized: block -> row-major position of its 16x16 pixels
   std::vector<std::uint64_t> first_rank_;  ///< [block + 1] points in the blocks before
   std::vector<std::uint32_t> rank_hint_;   ///< [rank / kRankStep] a block at or before the one that holds the rank
-  std::vector<float> subset_, values_;
   std::uint32_t order_width_ = 0, order_height_ = 0;
   std::uint32_t blocks_ = 0;
   bool organized_ = false;
   std::size_t finite_ = 0;
-  float robust_low_[3] = {}, robust_high_[3] = {};
+  RobustBounds bounds_;
 };
 
 }  // namespace handhold

@@ -3,6 +3,8 @@
 
 #include <cstdint>
 
+#include "candidate.h"
+
 namespace handhold {
 
 /// Spreads the low 21 bits of v so that two zero bits follow each.
@@ -31,5 +33,27 @@ constexpr std::uint32_t spread2(std::uint32_t v) {
 constexpr std::uint32_t morton2(std::uint32_t x, std::uint32_t y) {
   return spread2(x) | spread2(y) << 1;
 }
+
+namespace kernels {
+
+/// A grid of cubic cells, numbered along the Morton curve.
+struct MortonCells {
+  float origin[3];    ///< m
+  float size;         ///< m
+  std::int32_t bits;  ///< of each coordinate
+
+  /// Of the cell that holds a point (m), or of the outermost one on its side.
+  HANDHOLD_SHARED std::uint64_t number(const float* p) const {
+    const float last = static_cast<float>((1 << bits) - 1);
+    std::uint32_t c[3] = {};
+    for (int k = 0; k < 3; ++k) {
+      const float at = (p[k] - origin[k]) / size;
+      c[k] = static_cast<std::uint32_t>(at < 0.0f ? 0.0f : last < at ? last : at);
+    }
+    return morton3(c[0], c[1], c[2]);
+  }
+};
+
+}  // namespace kernels
 
 }  // namespace handhold
