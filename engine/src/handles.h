@@ -10,9 +10,13 @@
 #include "aligned.h"
 #include "handhold/options.h"
 #include "handhold/result.h"
+#include "kernels.h"
 #include "recycled.h"
 
 namespace handhold {
+
+/// When affordances are aligned.
+kernels::AlignLimits align_limits(const Options& options);
 
 /// Groups aligned affordances into handles: one part, one handle.
 class HandleSearch {
@@ -21,8 +25,9 @@ class HandleSearch {
 
   /// Fills `handles`, best confidence first, and the part of the funnel that concerns affordances.
   /// `spares`: what they are made from; what `handles` held before goes there.
+  /// `aligned`: with how many each affordance is aligned, when that is known: as kernels::FoundShell::aligned.
   void run(const std::vector<Affordance>& affordances, Spares<Handle>& spares, std::vector<Handle>& handles,
-           Funnel& funnel);
+           Funnel& funnel, const std::vector<std::uint32_t>* aligned = nullptr);
 
  private:
   struct Line {
@@ -32,12 +37,15 @@ class HandleSearch {
   void find_copies(const std::vector<Affordance>& affordances);
   void load(const std::vector<Affordance>& affordances);
   void count_aligned(std::size_t n);
-  void row(std::size_t i, std::uint32_t* bits) const;
-  Line fit_line(const std::vector<Affordance>& affordances);
-  bool grow(const std::vector<Affordance>& affordances, std::size_t seed, Line& line);
+  std::uint32_t row(std::size_t i, std::uint32_t* bits) const;
+  Line fit_line();
+  void find_far(const Line& line);
+  bool grow(std::size_t seed, Line& line);
 
   const Options* options_;
   AlignedArray<float> arrays_[7];
+  std::vector<double> columns_[7];      ///< of all affordances: center x y z (m), axis x y z, radius (m)
+  std::vector<double> far_;             ///< not above 0: of the part of the line in question
   std::vector<std::uint32_t> aligned_;  ///< number of affordances aligned with each
   std::vector<std::uint32_t> order_;
   std::vector<std::uint32_t> first_same_;  ///< the first affordance of the same place and axis
