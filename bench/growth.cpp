@@ -119,9 +119,9 @@ void run(const std::string& path, Options options, int repeat, const std::string
     Progress progress;
     for (Curve& curve : curves) measure(curve, repeat, progress);
   }
-  std::printf("%s, method %s, %d samples and %d threads where nothing else is said; medians of %d frames (%s)\n",
-              name.c_str(), std::string(to_string(options.method)).c_str(), options.samples, options.threads, repeat,
-              Localizer::isa());
+  std::printf("%s, method %s, %d samples, %d threads and %s where nothing else is said; medians of %d frames (%s)\n",
+              name.c_str(), std::string(to_string(options.method)).c_str(), options.samples, options.threads,
+              std::string(to_string(Localizer(options).backend())).c_str(), repeat, Localizer::isa());
   std::string rows = "what,unit,value,median_ms\n";
   std::vector<PlotPanel> panels;
   for (const Curve& curve : curves) {

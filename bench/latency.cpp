@@ -127,9 +127,9 @@ void run(const std::string& path, const Options& options, int frames, const std:
   }
   const double after = resident_mib();
   const Percentiles frame = percentiles(ms), loop = percentiles(loops);
-  std::printf("%s: %zu points, %d samples, method %s, %d threads; %d frames and as many loops in turn (%s)\n",
+  std::printf("%s: %zu points, %d samples, method %s, %d threads, %s; %d frames and as many loops in turn (%s)\n",
               name.c_str(), cloud.size(), options.samples, std::string(to_string(options.method)).c_str(),
-              options.threads, frames, Localizer::isa());
+              options.threads, std::string(to_string(localizer.backend())).c_str(), frames, Localizer::isa());
   std::printf("ms                     p50       p90       p99     p99.9       max\n");
   print("frame", frame);
   print("empty loop", loop);

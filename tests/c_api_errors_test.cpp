@@ -54,6 +54,8 @@ TEST(CMistakes, NullIsACode) {
   EXPECT_EQ(text, nullptr);
   EXPECT_STREQ(handhold_options_message(nullptr), handhold_code_text(HANDHOLD_NULL_ARGUMENT));
   EXPECT_STREQ(handhold_localizer_message(nullptr), handhold_code_text(HANDHOLD_NULL_ARGUMENT));
+  EXPECT_STREQ(handhold_localizer_backend(nullptr), handhold_code_text(HANDHOLD_NULL_ARGUMENT));
+  EXPECT_STREQ(handhold_localizer_backend_reason(nullptr), handhold_code_text(HANDHOLD_NULL_ARGUMENT));
 
   const Options_ options = make_options();
   EXPECT_EQ(handhold_set(options.get(), nullptr, "1"), HANDHOLD_NULL_ARGUMENT);
@@ -97,6 +99,8 @@ TEST(CMistakes, AnotherObjectIsACode) {
   EXPECT_EQ(handhold_localize(no_localizer, &cloud, sizeof cloud), HANDHOLD_BAD_OBJECT);
   EXPECT_EQ(handhold_get_frame(no_localizer, &frame, sizeof frame), HANDHOLD_BAD_OBJECT);
   EXPECT_STREQ(handhold_localizer_message(no_localizer), handhold_code_text(HANDHOLD_BAD_OBJECT));
+  EXPECT_STREQ(handhold_localizer_backend(no_localizer), handhold_code_text(HANDHOLD_BAD_OBJECT));
+  EXPECT_STREQ(handhold_localizer_backend_reason(no_localizer), handhold_code_text(HANDHOLD_BAD_OBJECT));
   EXPECT_EQ(handhold_set(no_options, "samples", "1"), HANDHOLD_BAD_OBJECT);
   EXPECT_EQ(handhold_options_reset(no_options, nullptr), HANDHOLD_BAD_OBJECT);
   EXPECT_STREQ(handhold_options_message(no_options), handhold_code_text(HANDHOLD_BAD_OBJECT));

@@ -124,6 +124,34 @@ TEST(COptions, OutOfRangeAreNamedWhenTheLocalizerIsMade) {
   EXPECT_STREQ(handhold_options_message(options.get()), "min_free = 1.5: must be between 0 and 1");
 }
 
+TEST(COptions, ABackendIsHadOrRefusedAsInCpp) {
+  const Options_ options = make_options();
+  EXPECT_EQ(handhold_set(options.get(), "backend", "gpu"), HANDHOLD_BAD_OPTION);
+  EXPECT_STREQ(handhold_options_message(options.get()), "backend = 'gpu': must be one of 'cpu', 'cuda', 'auto'");
+  for (const char* name : {"cpu", "auto", "cuda"}) {
+    ASSERT_EQ(handhold_set(options.get(), "backend", name), HANDHOLD_OK);
+    Options same;
+    set_option(same, "backend", name);
+    handhold_localizer* made = nullptr;
+    const handhold_code code = handhold_localizer_create(options.get(), &made);
+    const Localizer_ localizer(made, handhold_localizer_destroy);
+    try {
+      const Localizer expected(same);
+      ASSERT_EQ(code, HANDHOLD_OK) << name;
+      EXPECT_EQ(handhold_localizer_backend(made), to_string(expected.backend()));
+      EXPECT_EQ(handhold_localizer_backend_reason(made), expected.backend_reason());
+    } catch (const OptionError& error) {
+      EXPECT_STREQ(name, "cuda");
+      EXPECT_EQ(code, HANDHOLD_BAD_OPTION);
+      EXPECT_EQ(made, nullptr);
+      EXPECT_STREQ(handhold_options_message(options.get()), error.what());
+    }
+  }
+  const Localizer_ standard = make_localizer();
+  EXPECT_STREQ(handhold_localizer_backend(standard.get()), "cpu");
+  EXPECT_STREQ(handhold_localizer_backend_reason(standard.get()), "");
+}
+
 // ---- Numbers -------------------------------------------------------------------------------------------------------
 
 TEST(CLocalizer, GivesTheNumbersOfCpp) {

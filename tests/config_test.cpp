@@ -162,10 +162,11 @@ TEST(Config, UnknownTableIsRefused) {
 }
 
 TEST(Config, WrongTypesAreRefusedWithLineAndValue) {
-  for (const char* line : {"samples = \"many\"", "samples = 10.5", "samples = true", "seed = -1", "seed = \"12x\"",
-                           "seed = \"\"", "radius = \"wide\"", "radius = [0.01, \"wide\"]", "hand_aperture = [0.1]",
-                           "reach = \"far\"", "workspace = [1, 2, 3]", "workspace = 1", "method = 1",
-                           "strategy = \"best\"", "samples = 3000000000", "threads = 1979-05-27"}) {
+  for (const char* line :
+       {"samples = \"many\"", "samples = 10.5", "samples = true", "seed = -1", "seed = \"12x\"", "seed = \"\"",
+        "radius = \"wide\"", "radius = [0.01, \"wide\"]", "hand_aperture = [0.1]", "reach = \"far\"",
+        "workspace = [1, 2, 3]", "workspace = 1", "method = 1", "strategy = \"best\"", "backend = \"gpu\"",
+        "samples = 3000000000", "threads = 1979-05-27"}) {
     const std::string message = toml_error("\n" + std::string(line));
     EXPECT_NE(message.find("line 2"), std::string::npos) << message;
   }
@@ -193,7 +194,7 @@ TEST(SetOption, RefusesWhatIsNoValue) {
       {"samples", "10 20"},       {"seed", "-1"},           {"radius", ""},         {"radius", "nan"},
       {"radius", "0.01 inf"},     {"radius", "0.01 x"},     {"radius", "0x10"},     {"hand_aperture", "0.1 0.2"},
       {"hand_aperture", "1e999"}, {"hand_aperture", "+-1"}, {"workspace", "1 2 3"}, {"workspace", "none"},
-      {"reach", "far"},           {"strategy", "best"},     {"method", ""}};
+      {"reach", "far"},           {"strategy", "best"},     {"method", ""},         {"backend", "gpu"}};
   for (const auto& [name, text] : wrong) {
     EXPECT_THROW(set_option(options, name, text), OptionError) << name << " = " << text;
   }

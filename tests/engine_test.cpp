@@ -11,15 +11,19 @@
 #include <string>
 #include <vector>
 
+#include "handhold/device.h"
 #include "handhold/localizer.h"
+#include "host_frame.h"
 #include "localizer_detail.h"
 #include "paper_options.h"
 #include "reference/pipeline.h"
+#include "same_result.h"
 #include "test_clouds.h"
 
 namespace handhold {
 namespace {
 
+using test::expect_same;
 using test::FloatPoints;
 using test::kNan;
 using test::Random;
@@ -62,41 +66,6 @@ Options few_samples() {
   Options options = test::paper_options();
   options.samples = 1500;
   return options;
-}
-
-/// Everything but the times, bit by bit.
-void expect_same(const Result& a, const Result& b) {
-  EXPECT_EQ(a.status, b.status);
-  EXPECT_EQ(a.points, b.points);
-  EXPECT_EQ(a.finite_points, b.finite_points);
-  const auto counts = [](const Funnel& f) {
-    return std::vector<std::int64_t>{f.samples,     f.too_few_points, f.flat,           f.curvature_low,
-                                     f.concave,     f.circle_wide,    f.circle_narrow,  f.poor_fit,
-                                     f.no_gap,      f.shell_empty,    f.affordances,    f.not_aligned,
-                                     f.unconfirmed, f.too_short,      f.low_confidence, f.in_handles};
-  };
-  EXPECT_EQ(counts(a.funnel), counts(b.funnel));
-  ASSERT_EQ(a.affordances.size(), b.affordances.size());
-  const auto numbers = [](const Affordance& x) {
-    return std::vector<double>{x.center[0],    x.center[1], x.center[2], x.axis[0],       x.axis[1],
-                               x.axis[2],      x.normal[0], x.normal[1], x.normal[2],     x.radius,
-                               x.shell_radius, x.gap,       x.curvature, x.observed_free, x.quality};
-  };
-  for (std::size_t i = 0; i < a.affordances.size(); ++i) {
-    EXPECT_EQ(numbers(a.affordances[i]), numbers(b.affordances[i])) << "affordance " << i;
-    EXPECT_EQ(a.affordances[i].sample, b.affordances[i].sample);
-  }
-  ASSERT_EQ(a.handles.size(), b.handles.size());
-  for (std::size_t i = 0; i < a.handles.size(); ++i) {
-    const Handle &x = a.handles[i], &y = b.handles[i];
-    EXPECT_EQ(x.center, y.center);
-    EXPECT_EQ(x.axis, y.axis);
-    EXPECT_EQ(x.approach, y.approach);
-    EXPECT_EQ(x.radius, y.radius);
-    EXPECT_EQ(x.length, y.length);
-    EXPECT_EQ(x.confidence, y.confidence);
-    EXPECT_EQ(x.affordances, y.affordances);
-  }
 }
 
 /// What holds for every result of a cloud that was searched.
@@ -361,7 +330,24 @@ std::vector<Samples> scenes() {
   return all;
 }
 
-TEST(LocalizeSamples, AgreesWithTheReference) {
+/// Where samples are looked at: on the CPU, through the stages of a GPU's frame on the CPU, or on a GPU.
+class Reference : public testing::TestWithParam<const char*> {
+ protected:
+  void SetUp() override {
+    const CudaDevice gpu = cuda_device();
+    if (where() == "cuda" && !gpu.available) GTEST_SKIP() << gpu.reason;
+    if (where() == "host" && !test::HostFrame::same_rounding())
+      GTEST_SKIP() << "the stages are built for packs that fuse, which this machine has not";
+  }
+  static std::string where() { return GetParam(); }
+  static std::unique_ptr<DeviceFrame> device() {
+    if (where() == "cuda") return make_cuda_frame();
+    if (where() == "host") return std::make_unique<test::HostFrame>();
+    return nullptr;
+  }
+};
+
+TEST_P(Reference, AgreesOnEverySample) {
   const Options options = test::paper_options();
   int samples = 0, affordances = 0;
   std::map<std::string, int> rest;
@@ -370,7 +356,7 @@ TEST(LocalizeSamples, AgreesWithTheReference) {
     const reference::Cloud cloud{test::to_double(scene.points)};
     Result result;
     std::vector<Step> steps;
-    localize_samples(options, view_of(scene.points, scene.height), scene.places, result, steps);
+    localize_samples(options, view_of(scene.points, scene.height), scene.places, result, steps, device());
     ASSERT_EQ(steps.size(), scene.places.size());
     std::map<std::uint32_t, const Affordance*> found;
     for (const Affordance& a : result.affordances) found[a.sample] = &a;
@@ -416,6 +402,9 @@ TEST(LocalizeSamples, AgreesWithTheReference) {
   EXPECT_GT(affordances, 100) << "hardly any affordance was compared";
   RecordProperty("differ", std::to_string(differ) + " of " + std::to_string(samples) + list);
 }
+
+INSTANTIATE_TEST_SUITE_P(, Reference, testing::Values("cpu", "host", "cuda"),
+                         [](const auto& where) { return std::string(where.param); });
 
 TEST(LocalizeSamples, SeveralRadiiFindWhatEachFinds) {
   const auto all = scenes();

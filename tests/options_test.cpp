@@ -74,6 +74,7 @@ std::vector<BadValue> bad_values() {
       {[](O& o) { o.strategy = static_cast<Strategy>(7); }, "strategy", "7", "one of"},
       {[](O& o) { o.axis = static_cast<AxisEstimator>(7); }, "axis", "7", "one of"},
       {[](O& o) { o.index = static_cast<IndexKind>(7); }, "index", "7", "one of"},
+      {[](O& o) { o.backend = static_cast<Backend>(7); }, "backend", "7", "one of"},
   };
   const auto number = [&](const char* name, std::function<void(Options&, double)> set, double value, const char* text,
                           const std::string& valid) {
@@ -167,6 +168,7 @@ TEST(Options, EndsOfTheRangesAreValid) {
   high.align_angle = 1.5707963267948966, high.align_offset = high.align_radius = high.handle_gap = 1;
   high.handle_min_length = 10, high.min_confidence = 1;
   high.seed = std::numeric_limits<std::uint64_t>::max();
+  high.backend = Backend::kCuda;  // whether there is a GPU is another question
   EXPECT_EQ(complaint(high), "");
 }
 
@@ -222,6 +224,7 @@ TEST(Options, NamesOfEnumValuesComeBack) {
   expect_round_trip<AxisEstimator>(
       {{AxisEstimator::kTaubin, "taubin"}, {AxisEstimator::kNormals, "normals"}, {AxisEstimator::kPca, "pca"}});
   expect_round_trip<IndexKind>({{IndexKind::kEmbree, "embree"}, {IndexKind::kGrid, "grid"}});
+  expect_round_trip<Backend>({{Backend::kCpu, "cpu"}, {Backend::kCuda, "cuda"}, {Backend::kAuto, "auto"}});
 }
 
 }  // namespace

@@ -164,6 +164,15 @@ void handhold_localizer_destroy(handhold_localizer* localizer) {
   handhold::c::destroy(localizer);
 }
 
+const char* handhold_localizer_backend(const handhold_localizer* localizer) {
+  const handhold_code code = check(localizer);
+  return code ? handhold_code_text(code) : to_string(localizer->localizer.backend()).data();  // a literal
+}
+const char* handhold_localizer_backend_reason(const handhold_localizer* localizer) {
+  const handhold_code code = check(localizer);
+  return code ? handhold_code_text(code) : localizer->localizer.backend_reason().c_str();
+}
+
 handhold_code handhold_localize(handhold_localizer* localizer, const handhold_cloud* cloud, size_t size) {
   if (const handhold_code code = check(localizer)) return code;
   // Not the message, either: it belongs to the thread that runs.

@@ -6,6 +6,7 @@
 #include <string>
 #include <utility>
 
+#include "handhold/device.h"
 #include "keywords.h"
 #include "numpy_views.h"
 #include "points.h"
@@ -145,7 +146,12 @@ void bind_localizer(py::module_& m) {
            "(N, 3), m, and indices into handhold.STEPS (N,). Affordance.sample is an index into them.")
       .def_property_readonly(
           "options", [](const PyLocalizer& localizer) { return to_dict(localizer.options()); },
-          "The options in use by name, as a dictionary; None where the method decides.");
+          "The options in use by name, as a dictionary; None where the method decides.")
+      .def_property_readonly(
+          "backend", [](const PyLocalizer& localizer) { return std::string(to_string(localizer.backend())); },
+          "What frames run on: 'cpu' or 'cuda'. backend='auto' becomes one of them when the localizer is made.")
+      .def_property_readonly("backend_reason", &PyLocalizer::backend_reason,
+                             "With backend='auto', why frames run on the CPU, in one line; otherwise ''.");
 
   m.def(
       "localize",
@@ -168,6 +174,18 @@ void bind_localizer(py::module_& m) {
        "All options as a dictionary: the defaults with these changes. localize(points, **options(...)) takes it.\n\n" +
        help + errors + ".\n")
           .c_str());
+  py::class_<CudaDevice>(m, "CudaDevice", "The GPU that backend='cuda' would run on, or why there is none.")
+      .def_property_readonly(
+          "available", [](const CudaDevice& device) { return device.available; }, "Whether there is one.")
+      .def_property_readonly(
+          "name", [](const CudaDevice& device) { return device.name; }, "Such as 'NVIDIA H200'; '' where none is.")
+      .def_property_readonly(
+          "reason", [](const CudaDevice& device) { return device.reason; },
+          "Why none is available, in one line; '' where one is.");
+  m.def("cuda_device", &cuda_device, py::call_guard<py::gil_scoped_release>(),
+        "cuda_device()\n--\n\n"
+        "The first NVIDIA GPU, which backend='cuda' runs on. Asks the driver at each call; never raises for want of "
+        "one.");
   m.attr("STEPS") = step_names();
   m.def("isa", &Localizer::isa,
         "isa()\n--\n\nInstruction set of the kernels in use: 'scalar', 'avx2', 'avx512' or 'neon'.");

@@ -5,6 +5,7 @@
 
 #include <atomic>
 #include <memory>
+#include <string>
 #include <vector>
 
 #include "handhold/localizer.h"
@@ -22,6 +23,8 @@ class PyLocalizer {
   void cancel() noexcept { localizer_.cancel(); }
   std::vector<Sample> samples() const;
   const Options& options() const { return localizer_.options(); }
+  Backend backend() const { return localizer_.backend(); }
+  const std::string& backend_reason() const { return localizer_.backend_reason(); }
 
  private:
   class Turn;

@@ -11,10 +11,14 @@
 #include <cmath>
 #include <stdexcept>
 #include <string>
+#include <utility>
 
 #include "budget.h"
 #include "conditions.h"
 #include "depth_image.h"
+#include "device.h"
+#include "device_search.h"
+#include "handhold/device.h"
 #include "handles.h"
 #include "index.h"
 #include "kernels.h"
@@ -53,12 +57,34 @@ void check(const CloudView& cloud) {
   }
 }
 
+/// What frames run on.
+struct ChosenBackend {
+  Backend backend = Backend::kCpu;
+  std::string reason;  ///< why it is the CPU, where it might have been a GPU
+};
+
+/// @throws OptionError
+ChosenBackend chosen_backend(const Options& options) {
+  if (options.backend == Backend::kCpu) return {};
+  std::string reason = why_not_on_device(options);
+  if (reason.empty()) return {Backend::kCuda, {}};
+  if (options.backend == Backend::kCuda) {
+    throw OptionError("backend = cuda: " + reason + "; use 'cpu', or 'auto' to fall back");
+  }
+  return {Backend::kCpu, std::move(reason)};
+}
+
 }  // namespace
 
 struct Localizer::Impl {
-  explicit Impl(const Options& o, const Conditions& c = {})
+  explicit Impl(const Options& o, const Conditions& c = {}) : Impl(o, c, chosen_backend(o), nullptr) {}
+  /// On this device instead of one of CUDA's.
+  Impl(const Options& o, std::unique_ptr<DeviceFrame> frame)
+      : Impl(o, {}, ChosenBackend{Backend::kCuda, {}}, std::move(frame)) {}
+  Impl(const Options& o, const Conditions& c, ChosenBackend where, std::unique_ptr<DeviceFrame> frame)
       : options(o),
         conditions(c),
+        chosen(std::move(where)),
         index(make_index(o.index)),
         layers(o.index),
         sampler(options),
@@ -70,10 +96,20 @@ struct Localizer::Impl {
     const auto allowed = tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism);
     if (o.threads > 0)
       arena.initialize(static_cast<int>(std::min<std::size_t>(allowed, static_cast<std::size_t>(o.threads))));
+    if (chosen.backend == Backend::kCuda) {
+      try {
+        device = std::make_unique<DeviceSearch>(options, frame ? std::move(frame) : make_cuda_frame());
+      } catch (const DeviceError& error) {
+        if (options.backend != Backend::kAuto) throw;
+        chosen = {Backend::kCpu, error.what()};
+      }
+    }
   }
 
   Options options;
   Conditions conditions;
+  ChosenBackend chosen;
+  std::unique_ptr<DeviceSearch> device;  ///< null: on the CPU
   TileStore tiles;
   std::unique_ptr<NeighbourIndex> index;
   Layers layers;
@@ -83,9 +119,10 @@ struct Localizer::Impl {
   DepthImage image;
   PartSearch part_search;
   tbb::task_arena arena;
-  std::vector<float> samples;   ///< xyz of the last frame's (m)
-  std::vector<Step> steps;      ///< where each of them ended
-  std::uint32_t looked_at = 0;  ///< how many of them the last frame had
+  std::vector<float> samples;      ///< xyz of the last frame's (m)
+  bool samples_on_device = false;  ///< they are still there, and not here
+  std::vector<Step> steps;         ///< where each of them ended
+  std::uint32_t looked_at = 0;     ///< how many of them the last frame had
   std::vector<Vector3> centres;
   Spares<Handle> spares;
   std::vector<int> rounds;  ///< samples of each
@@ -103,22 +140,50 @@ struct Localizer::Impl {
     }
   }
 
+  /// Whether a cloud can be searched; false: the status says why not.
+  bool searchable(std::size_t finite, const float* low, const float* high, Result& result) const {
+    result.finite_points = finite;
+    if (finite == 0) return result.status = Status::kNoFinitePoints, false;
+    if (finite < static_cast<std::size_t>(options.min_neighbours)) return result.status = Status::kTooFewPoints, false;
+    for (int k = 0; k < 3; ++k) {
+      if (!options.workspace && high[k] - low[k] > kSuspiciousExtent)
+        return result.status = Status::kSuspiciousUnits, false;
+    }
+    return true;
+  }
+
   /// Tiles and index. False, with the status set, when the cloud cannot be searched.
   bool take(const CloudView& cloud, Result& result, const Budget& budget) {
     if (cloud.size() == 0) return result.status = Status::kEmpty, false;
     tiles.build(cloud, budget);
-    result.finite_points = tiles.finite_points();
-    if (result.finite_points == 0) return result.status = Status::kNoFinitePoints, false;
-    if (result.finite_points < static_cast<std::size_t>(options.min_neighbours)) {
-      return result.status = Status::kTooFewPoints, false;
-    }
-    for (int k = 0; k < 3; ++k) {
-      if (!options.workspace && tiles.robust_high()[k] - tiles.robust_low()[k] > kSuspiciousExtent)
-        return result.status = Status::kSuspiciousUnits, false;
-    }
+    if (!searchable(tiles.finite_points(), tiles.robust_low(), tiles.robust_high(), result)) return false;
     budget.check();
     index->build(tiles);
     return true;
+  }
+
+  /// Everything from the cloud to affordances, on the device.
+  void search_on_device(const CloudView& cloud, Result& result) {
+    const auto start = Clock::now();
+    if (cloud.size() == 0) {
+      result.status = Status::kEmpty;
+      return;
+    }
+    device->take(cloud);
+    const int n = options.samples;
+    steps.resize(static_cast<std::size_t>(n));
+    const std::uint32_t finite = device->draw(rounds, steps.data(), result.affordances);
+    if (searchable(finite, device->bounds().low, device->bounds().high, result)) {
+      looked_at = static_cast<std::uint32_t>(n), samples_on_device = true;
+      finish(looked_at, {}, result, &device->aligned());
+    } else {
+      result.affordances.clear();
+    }
+    StageTimes& t = result.times_ms;
+    device->add_times(t);
+    t.total = milliseconds(start, Clock::now());
+    // What is left: the way there and back.
+    t.index += std::max(0.0, t.total - t.index - t.samples - t.moments - t.fit - t.shell - t.handles);
   }
 
   void localize(const CloudView& cloud, Result& result, const std::vector<Vector3>& guesses) {
@@ -150,7 +215,15 @@ struct Localizer::Impl {
     result.funnel = {};
     result.times_ms = {};
     looked_at = 0;
+    samples_on_device = false;
     image.clear();
+    // Elsewhere the CPU draws the samples, and needs the points, too.
+    if (device && DeviceSearch::draws(options) && guesses.empty()) {
+      // It is not cut: it is over before a look at the clock would end it.
+      search_on_device(cloud, result);
+      return !budget.cancelled();
+    }
+    if (device && cloud.size() > 0) device->take(cloud);
     const bool default_method = options.method == Method::kDefault;
     bool taken = false;
     double indexing = 0, seeing = 0;
@@ -191,7 +264,7 @@ struct Localizer::Impl {
     // Steps that run side by side share the wall-clock time of their common section as they share its work.
     const double both = milliseconds(start, prepared) / std::max(1e-9, indexing + seeing);
     result.times_ms.index = both * indexing, result.times_ms.visibility = both * seeing;
-    search.begin(layers, cloud.viewpoint, &image);
+    if (!device) search.begin(layers, cloud.viewpoint, &image);
     if (sampler.points() == 0) {
       result.status = Status::kTooFewPoints;
     } else {
@@ -223,8 +296,13 @@ struct Localizer::Impl {
           break;
         }
         sampling += milliseconds(before, Clock::now());
-        done =
-            search.run(xyz, static_cast<std::uint32_t>(n), first, steps.data() + first, result.affordances, searching);
+        const auto count = static_cast<std::uint32_t>(n);
+        if (device) {
+          device->run(xyz, count, first, steps.data() + first, result.affordances);
+          done = !searching.spent();
+        } else {
+          done = search.run(xyz, count, first, steps.data() + first, result.affordances, searching);
+        }
         first += static_cast<std::uint32_t>(n);
       }
       looked_at = first;
@@ -233,13 +311,18 @@ struct Localizer::Impl {
     // Here, too, the steps share the wall-clock time as they share the work.
     const auto searched = Clock::now();
     StageTimes& t = result.times_ms;
-    const StepSeconds s = search.seconds();
+    const StepSeconds s = device ? StepSeconds{} : search.seconds();
     const double work = s.neighbours + s.moments + s.fit + s.shell;
     const double wall = milliseconds(prepared, searched) - sampling - t.handles;
     const double share = work > 0 ? std::min(1.0, wall / (1e3 * work)) * 1e3 : 0;
     t.neighbours = share * s.neighbours, t.moments = share * s.moments, t.fit = share * s.fit,
     t.shell = share * s.shell;
-    t.samples = sampling + std::max(0.0, wall - share * work);
+    double rest = wall - share * work;
+    if (device) {
+      device->add_times(t);
+      rest -= t.moments + t.fit + t.shell;
+    }
+    t.samples = sampling + std::max(0.0, rest);
     t.total = milliseconds(start, searched);
     return done;
   }
@@ -249,12 +332,17 @@ struct Localizer::Impl {
     return std::min(0.5 * deadline, kFinishing + (grouping_ms > 0 ? 1.2 * grouping_ms : 0.3 * deadline));
   }
 
-  /// Funnel and handles, after the last sample. False: the budget was spent, and some were left out.
-  bool finish(std::uint32_t n, const Budget& budget, Result& result) {
+  /// Funnel and handles, after the last sample. False: the budget was spent, and some were left out. `aligned`: as for
+  /// HandleSearch::run.
+  bool finish(std::uint32_t n, const Budget& budget, Result& result,
+              const std::vector<std::uint32_t>* aligned = nullptr) {
     const auto start = Clock::now();
     bool done = true;
-    std::int64_t count[11] = {};
-    for (std::uint32_t i = 0; i < n; ++i) ++count[static_cast<std::size_t>(steps[i])];
+    // Several counts of each: a run of equal steps would wait for itself.
+    std::int64_t counts[4][11] = {}, count[11] = {};
+    for (std::uint32_t i = 0; i < n; ++i) ++counts[i % 4][static_cast<std::size_t>(steps[i])];
+    for (const auto& some : counts)
+      for (std::size_t k = 0; k < 11; ++k) count[k] += some[k];
     Funnel& f = result.funnel;
     f.samples = n;
     f.too_few_points = count[static_cast<std::size_t>(Step::kTooFewPoints)];
@@ -269,7 +357,7 @@ struct Localizer::Impl {
     f.affordances = count[static_cast<std::size_t>(Step::kAffordance)];
     f.cut = count[static_cast<std::size_t>(Step::kCut)];
     if (image.empty()) {
-      handle_search.run(result.affordances, spares, result.handles, f);
+      handle_search.run(result.affordances, spares, result.handles, f, aligned);
     } else {
       done = part_search.run(result.affordances, tiles, *index, image, spares, result.handles, f, budget);
     }
@@ -317,6 +405,11 @@ void Localizer::cancel() noexcept {
 
 std::vector<Sample> Localizer::samples() const {
   std::vector<Sample> samples(impl_->looked_at);
+  if (impl_->samples_on_device && !samples.empty()) {
+    impl_->samples.resize(3 * samples.size());
+    impl_->device->positions(impl_->samples.data());
+    impl_->samples_on_device = false;
+  }
   for (std::size_t i = 0; i < samples.size(); ++i) {
     const float* p = &impl_->samples[3 * i];
     samples[i] = {{p[0], p[1], p[2]}, impl_->steps[i]};
@@ -327,6 +420,12 @@ std::vector<Sample> Localizer::samples() const {
 const Options& Localizer::options() const {
   return impl_->options;
 }
+Backend Localizer::backend() const {
+  return impl_->chosen.backend;
+}
+const std::string& Localizer::backend_reason() const {
+  return impl_->chosen.reason;
+}
 const char* Localizer::isa() {
   return kernels::kernels().name;
 }
@@ -336,12 +435,17 @@ Localizer LocalizerInside::make(const Options& options, const Conditions& condit
   localizer.impl_ = std::make_unique<Localizer::Impl>(options, conditions);
   return localizer;
 }
+Localizer LocalizerInside::on_device(const Options& options, std::unique_ptr<DeviceFrame> frame) {
+  Localizer localizer(options);
+  localizer.impl_ = std::make_unique<Localizer::Impl>(options, std::move(frame));
+  return localizer;
+}
 const Recycled<PartCandidate>& LocalizerInside::candidates(const Localizer& localizer) {
   return localizer.impl_->part_search.candidates();
 }
 
 void localize_samples(const Options& options, const CloudView& cloud, const std::vector<std::array<float, 3>>& samples,
-                      Result& result, std::vector<Step>& steps) {
+                      Result& result, std::vector<Step>& steps, std::unique_ptr<DeviceFrame> device) {
   options.validate();
   check(cloud);
   TileStore tiles;
@@ -355,11 +459,18 @@ void localize_samples(const Options& options, const CloudView& cloud, const std:
   tiles.build(cloud);
   result.finite_points = tiles.finite_points();
   if (result.finite_points == 0 || samples.empty()) return;
-  index->build(tiles);
-  Layers layers(options.index);
-  layers.take(tiles, *index);
-  search.begin(layers, cloud.viewpoint);
-  search.run(samples.front().data(), static_cast<std::uint32_t>(samples.size()), 0, steps.data(), result.affordances);
+  const auto n = static_cast<std::uint32_t>(samples.size());
+  if (device) {
+    DeviceSearch on_device(options, std::move(device));
+    on_device.take(cloud);
+    on_device.run(samples.front().data(), n, 0, steps.data(), result.affordances);
+  } else {
+    index->build(tiles);
+    Layers layers(options.index);
+    layers.take(tiles, *index);
+    search.begin(layers, cloud.viewpoint);
+    search.run(samples.front().data(), n, 0, steps.data(), result.affordances);
+  }
   result.funnel.samples = static_cast<std::int64_t>(samples.size());
   result.funnel.affordances = static_cast<std::int64_t>(result.affordances.size());
   Spares<Handle> spares;

@@ -62,6 +62,12 @@ struct Names<IndexKind> {
   static constexpr std::pair<std::string_view, IndexKind> kAll[] = {{"embree", IndexKind::kEmbree},
                                                                     {"grid", IndexKind::kGrid}};
 };
+template <>
+struct Names<Backend> {
+  static constexpr const char* kWhat = "backend";
+  static constexpr std::pair<std::string_view, Backend> kAll[] = {
+      {"cpu", Backend::kCpu}, {"cuda", Backend::kCuda}, {"auto", Backend::kAuto}};
+};
 
 template <class E>
 std::string_view name_of(E value) {
@@ -101,6 +107,9 @@ std::string_view to_string(AxisEstimator v) {
 std::string_view to_string(IndexKind v) {
   return name_of(v);
 }
+std::string_view to_string(Backend v) {
+  return name_of(v);
+}
 void from_string(std::string_view name, Method& v) {
   parse(name, v);
 }
@@ -113,9 +122,12 @@ void from_string(std::string_view name, AxisEstimator& v) {
 void from_string(std::string_view name, IndexKind& v) {
   parse(name, v);
 }
+void from_string(std::string_view name, Backend& v) {
+  parse(name, v);
+}
 
 void Options::validate() const {
-  known(method), known(strategy), known(axis), known(index);
+  known(method), known(strategy), known(axis), known(index), known(backend);
   in_range("samples", samples, 1, 10'000'000);
   if (proposal_sigma) positive("proposal_sigma", *proposal_sigma, 1, "m");
   if (workspace) {

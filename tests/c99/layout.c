@@ -104,6 +104,8 @@ int main(void) {
   EXPECT(handhold_localize(localizer, &cloud, sizeof cloud) == HANDHOLD_OK);
   EXPECT(handhold_get_frame(localizer, &frame, sizeof frame) == HANDHOLD_OK);
   EXPECT(frame.status == HANDHOLD_STATUS_EMPTY);
+  EXPECT(strcmp(handhold_localizer_backend(localizer), "cpu") == 0);
+  EXPECT(strcmp(handhold_localizer_backend_reason(localizer), "") == 0);
   handhold_localizer_destroy(localizer);
   return failed ? 1 : 0;
 }

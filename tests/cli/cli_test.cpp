@@ -75,7 +75,7 @@ TEST_F(Cli, FindsTheHandleOfACylinder) {
 TEST_F(Cli, JsonHasTheSchemaThatOtherProgramsRead) {
   const Json result = json({"cloud.pcd"});
   EXPECT_EQ(keys(result),
-            (Words{"schema", "status", "cloud", "options", "funnel", "times_ms", "handles", "affordances"}));
+            (Words{"schema", "status", "backend", "cloud", "options", "funnel", "times_ms", "handles", "affordances"}));
   EXPECT_EQ(result["schema"], "handhold/1");
   EXPECT_EQ(keys(result["cloud"]), (Words{"points", "finite", "organized", "viewpoint"}));
   EXPECT_EQ(result["cloud"]["points"], cylinder().size());
@@ -230,6 +230,7 @@ TEST_F(Cli, EveryOptionIsAFlag) {
                                     {"handle_min_length", "0.03"},
                                     {"min_confidence", "0.25"},
                                     {"deadline_ms", "12.5"},
+                                    {"backend", "auto"},
                                     {"threads", "3"}};
   const std::string defaults = output({"localize", "--print-options"});
   Words seen;

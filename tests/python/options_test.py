@@ -49,6 +49,7 @@ VALUES = {
     "handle_min_length": 0.03,
     "min_confidence": 0.4,
     "deadline_ms": 55.5,
+    "backend": "auto",
     "threads": 2,
 }
 
@@ -148,6 +149,7 @@ def test_numbers_of_numpy_and_python(given, kept):
         ({"workspace": [1, 0, 0, 1, 0, 1]}, "workspace = 1 0: must be low < high along x"),
         ({"method": "papr"}, "method = 'papr': must be one of 'default', 'paper'"),
         ({"method": None}, "method = None: must be a string such as 'default'"),
+        ({"backend": "gpu"}, "backend = 'gpu': must be one of 'cpu', 'cuda', 'auto'"),
         ({"strategy": 3}, "strategy = 3: must be a string such as 'max'"),
         ({"config": "/nothing/a.toml"}, "cannot read '/nothing/a.toml': no such file; give the name of a TOML file"),
         ({"config": b"/nothing/\xff"}, "cannot read '/nothing/\\xff': no such file; give the name of a TOML file"),

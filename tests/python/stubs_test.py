@@ -138,7 +138,14 @@ def test_dictionaries_have_these_keys():
 
 
 @pytest.mark.parametrize(
-    "alias, option", [("_Method", "method"), ("_Strategy", "strategy"), ("_Axis", "axis"), ("_Index", "index")]
+    "alias, option",
+    [
+        ("_Method", "method"),
+        ("_Strategy", "strategy"),
+        ("_Axis", "axis"),
+        ("_Index", "index"),
+        ("_Backend", "backend"),
+    ],
 )
 def test_names_of_choices(alias, option):
     (node,) = [n for n in stub_of(handhold).body if isinstance(n, ast.Assign) and n.targets[0].id == alias]

@@ -8,6 +8,7 @@
 #include <fstream>
 #include <stdexcept>
 
+#include "handhold/device.h"
 #include "handhold/option_text.h"
 
 namespace handhold::ros_bridge {
@@ -97,6 +98,27 @@ TEST(Settings, OptionsThatDoNotGoTogetherStayAsTheyWere) {
   EXPECT_EQ(problems.size(), 1u);
   EXPECT_NO_THROW(s.options.validate());
   EXPECT_LT(s.options.hand_minimum, s.options.hand_aperture);
+}
+
+TEST(Settings, AGpuThatIsNotThereIsAProblem) {
+  Problems problems;
+  EXPECT_EQ(read({{"backend", "auto"}}, problems).options.backend, Backend::kAuto);
+  EXPECT_EQ(problems, Problems());
+  const CudaDevice device = cuda_device();
+  if (device.available) GTEST_SKIP() << "there is a GPU here: " << device.name;
+  Settings good;
+  for (const Backend last : {Backend::kCpu, Backend::kAuto}) {
+    good.options.backend = last;
+    const Settings s = read({{"backend", "cuda"}, {"samples", "77"}}, problems, good);
+    EXPECT_EQ(problems,
+              Problems{"parameter /node/backend = cuda: " + device.reason + "; use 'cpu', or 'auto' to fall back"});
+    EXPECT_EQ(s.options.backend, last);
+    EXPECT_EQ(s.options.samples, 77);
+  }
+  // A GPU that went away between two readings.
+  good.options.backend = Backend::kCuda;
+  EXPECT_EQ(read({{"backend", "cuda"}}, problems, good).options.backend, Backend::kAuto);
+  EXPECT_EQ(problems.size(), 1u);
 }
 
 TEST(Settings, HandThenFileThenParameters) {

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "atomic_file.h"
+#include "backend.h"
 #include "cloud_input.h"
 #include "command_line.h"
 #include "handhold/config.h"
@@ -92,6 +93,9 @@ int run(const Arguments& a) {
   if (const char* problem = kernels::isa_error()) throw UsageError(problem);
   if (a.show_samples && a.picture.empty()) throw UsageError("--show-samples needs --picture, which shows them");
   check_result_paths({a.json, a.picture, a.html}, input.path());
+  const auto more_threads = allow_threads(options.threads);
+  Localizer localizer = make_localizer(a.options, options);
+  note_backend(localizer);
 
   Result result;
   RunTimes run_times;
@@ -102,8 +106,6 @@ int run(const Arguments& a) {
     Progress progress;
     progress.show("reading " + input.path());
     cloud = input.read();
-    const auto more_threads = allow_threads(options.threads);
-    Localizer localizer(options);
     run_times = summarize(run_repeatedly(localizer, cloud.view(), repeat, result, progress));
     if (a.show_samples) picture.samples = localizer.samples();
     if (!a.html.empty()) page.samples = localizer.samples();
@@ -113,7 +115,7 @@ int run(const Arguments& a) {
 
   // A program that reads the JSON of a frame that failed learns the status from it.
   if (!a.json.empty()) {
-    const std::string json = to_json(cloud.view(), options, result, times);
+    const std::string json = to_json(cloud.view(), options, localizer.backend(), result, times);
     if (a.json == "-") {
       write_and_flush(stdout, json, "standard output");
     } else {
@@ -126,6 +128,7 @@ int run(const Arguments& a) {
     page.name = input.name();
     page.cloud = &cloud;
     page.options = &options;
+    page.backend = localizer.backend();
     page.result = &result;
     write_page(a.html, page);
   }
@@ -136,7 +139,7 @@ int run(const Arguments& a) {
     if (repeat && times) text += times_table(run_times);
     if (result.handles.empty() && !a.explain) text += "add --explain to see why\n";
   }
-  if (a.explain) text += explanation(options, result);
+  if (a.explain) text += backend_line(localizer) + explanation(options, result);
   // JSON on standard output stays JSON.
   if (!text.empty()) write_and_flush(a.json == "-" ? stderr : stdout, text, "standard output");
   return 0;

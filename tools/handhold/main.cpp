@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "atomic_file.h"
+#include "backend.h"
 #include "command_line.h"
 #include "handhold/config.h"
 #include "subcommand.h"
@@ -20,7 +21,7 @@ int run(int argc, char** argv) {
   app.allow_extras();
   app.require_subcommand(0, 1);
   bool version = false;
-  app.add_flag("--version", version, "Print the version and exit");
+  app.add_flag("--version", version, "Print the version, and whether there is a GPU to search on, and exit");
   std::vector<Subcommand> subcommands = {add_localize(app), add_batch(app),    add_stream(app),
                                          add_plan(app),     add_simulate(app), add_evaluate(app)};
   for (const Subcommand& subcommand : add_experiments(app)) subcommands.push_back(subcommand);
@@ -53,7 +54,7 @@ int run(int argc, char** argv) {
   }
   refuse_leftovers(app);
   if (version) {
-    write_and_flush(stdout, "handhold " HANDHOLD_VERSION "\n", "standard output");
+    write_and_flush(stdout, "handhold " HANDHOLD_VERSION "\n" + device_line(), "standard output");
     return 0;
   }
   if (!chosen)

@@ -103,10 +103,12 @@ std::string to_lines(const Json& json) {
   return text + "\n}\n";
 }
 
-std::string to_json(const CloudView& cloud, const Options& options, const Result& result, const RunTimes* times) {
+std::string to_json(const CloudView& cloud, const Options& options, Backend backend, const Result& result,
+                    const RunTimes* times) {
   Json json;
   json["schema"] = "handhold/1";
   json["status"] = std::string(to_string(result.status));
+  json["backend"] = std::string(to_string(backend));
   json["cloud"] = {{"points", result.points},
                    {"finite", result.finite_points},
                    {"organized", cloud.organized()},

@@ -21,7 +21,9 @@ std::string to_lines(const nlohmann::ordered_json& json);
 /// JSON of schema "handhold/1", ending in a newline. Numbers are the shortest that read back to the same bits; what is
 /// unset is null. Without times the text has nothing in it that a second run, or another number of threads, would
 /// change: neither times nor `options.threads`.
-/// @param times  null: no times
-std::string to_json(const CloudView& cloud, const Options& options, const Result& result, const RunTimes* times);
+/// @param backend  what it was searched on
+/// @param times    null: no times
+std::string to_json(const CloudView& cloud, const Options& options, Backend backend, const Result& result,
+                    const RunTimes* times);
 
 }  // namespace handhold

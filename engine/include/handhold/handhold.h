@@ -131,10 +131,16 @@ typedef struct handhold_cloud {
 } handhold_cloud;
 
 /// A localizer with a copy of the options, which may be changed or destroyed afterwards; NULL: the defaults. On failure
-/// *localizer is NULL, and handhold_options_message(options) says which option is out of range.
+/// *localizer is NULL, and handhold_options_message(options) says which option is out of range, or why there is no GPU
+/// for the option backend = "cuda".
 HANDHOLD_API handhold_code handhold_localizer_create(handhold_options* options, handhold_localizer** localizer);
 /// NULL is fine. Must not be called while handhold_localize runs.
 HANDHOLD_API void handhold_localizer_destroy(handhold_localizer* localizer);
+/// What frames run on: "cpu" or "cuda". Option backend = "auto" becomes one of them when the localizer is made.
+HANDHOLD_API const char* handhold_localizer_backend(const handhold_localizer* localizer);
+/// With backend = "auto", why frames run on the CPU, in one line; otherwise "". Valid until the localizer is destroyed.
+/// Where `localizer` is none, both give what handhold_code_text says to that. Never NULL.
+HANDHOLD_API const char* handhold_localizer_backend_reason(const handhold_localizer* localizer);
 /// Searches a cloud, as in handhold_localize(localizer, &cloud, sizeof cloud). A cloud in which nothing can be found is
 /// no error: handhold_frame.status says why. After a failure there is no result (HANDHOLD_NO_FRAME).
 HANDHOLD_API handhold_code handhold_localize(handhold_localizer* localizer, const handhold_cloud* cloud, size_t size);

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <string>
 #include <vector>
 
 #include "handhold/cloud.h"
@@ -18,14 +19,16 @@ namespace handhold {
 /// result for any number of threads (times excepted). Nothing is printed.
 class Localizer {
  public:
-  /// @throws OptionError for an option that is out of range
+  /// @throws OptionError for an option that is out of range, and for Backend::kCuda where frames cannot run on a GPU:
+  /// what() says why. With Backend::kAuto they run on the CPU then. DeviceError where a GPU has too little memory.
   explicit Localizer(const Options& options = {});
   ~Localizer();
   Localizer(Localizer&&) noexcept;
   Localizer& operator=(Localizer&&) noexcept;
 
   /// Searches a cloud. A cloud in which nothing can be found is no error: Result::status says why.
-  /// @throws std::invalid_argument for a view that contradicts itself (null data, bad point_step)
+  /// @throws std::invalid_argument for a view that contradicts itself (null data, bad point_step); DeviceError where a
+  ///         GPU fails
   Result localize(const CloudView& cloud);
   /// The same into a result that is reused.
   void localize(const CloudView& cloud, Result& result);
@@ -46,6 +49,10 @@ class Localizer {
   std::vector<Sample> samples() const;
 
   const Options& options() const;
+  /// What frames run on: Backend::kCpu or Backend::kCuda, whichever the constructor chose.
+  Backend backend() const;
+  /// With Backend::kAuto, why frames run on the CPU: one line. Otherwise empty.
+  const std::string& backend_reason() const;
   /// Instruction set of the kernels in use: "scalar", "avx2", "avx512" or "neon".
   static const char* isa();
 

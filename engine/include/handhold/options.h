@@ -32,6 +32,12 @@ enum class IndexKind {
   kEmbree,  ///< Embree BVH over blocks of 256 points
   kGrid,    ///< uniform grid over the same blocks
 };
+/// What frames run on. Localizer::backend() tells which one it became.
+enum class Backend {
+  kCpu,   ///< the CPU's kernels
+  kCuda,  ///< the first NVIDIA GPU; an error where there is none, or where it cannot do what the options ask for
+  kAuto,  ///< the GPU where there is one that can do what the options ask for, otherwise the CPU
+};
 
 /// Thrown for an option that is out of range; what() names the option, the value and what would be valid.
 class OptionError : public std::invalid_argument {
@@ -81,8 +87,9 @@ struct Options {
   /// ms, from the call on; then the frame ends with what was found (Status::kDeadline). How much that is depends on the
   /// machine: such a result is not the same again. Default: none
   std::optional<double> deadline_ms;
-  int threads = 0;  ///< 0: the caller's TBB arena as it is; otherwise an arena of that many, or
-                    ///< of as many as tbb::global_control allows when the localizer is made
+  Backend backend = Backend::kCpu;  ///< what frames run on; whether a GPU is there turns out when the localizer is made
+  int threads = 0;                  ///< 0: the caller's TBB arena as it is; otherwise an arena of that many, or
+                                    ///< of as many as tbb::global_control allows when the localizer is made
 
   /// 0..1; confidence that a handle needs
   double effective_min_confidence() const { return min_confidence.value_or(method == Method::kDefault ? 0.8 : 0); }
@@ -97,6 +104,7 @@ struct Options {
     return proposal_sigma ? *proposal_sigma : radius.empty() ? 0.0125 : radius.front() / 2;
   }
 
+  /// Does not look for a GPU.
   /// @throws OptionError naming the first option that is out of range, its value and what would be valid.
   void validate() const;
 
@@ -155,6 +163,8 @@ void visit_options(O& o, Visitor&& visit) {
                                      "0 to 1: handles below it are left out; default 0.8, 0 with the paper's method"});
   visit(o.deadline_ms,
         OptionInfo{"deadline_ms", "ms", "the frame ends after so long, with what was found; default: when it is done"});
+  visit(o.backend,
+        OptionInfo{"backend", "", "what searches: 'cpu', 'cuda' (an NVIDIA GPU), or 'auto': a GPU where there is one"});
   visit(o.threads, OptionInfo{"threads", "", "threads to use; 0: all"});
 }
 
@@ -163,10 +173,12 @@ std::string_view to_string(Method);
 std::string_view to_string(Strategy);
 std::string_view to_string(AxisEstimator);
 std::string_view to_string(IndexKind);
+std::string_view to_string(Backend);
 /// The reverse. @throws OptionError listing the valid names.
 void from_string(std::string_view, Method&);
 void from_string(std::string_view, Strategy&);
 void from_string(std::string_view, AxisEstimator&);
 void from_string(std::string_view, IndexKind&);
+void from_string(std::string_view, Backend&);
 
 }  // namespace handhold

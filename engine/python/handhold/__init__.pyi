@@ -17,6 +17,7 @@ _Method = Literal["default", "paper"]
 _Strategy = Literal["uniform", "sum", "max"]
 _Axis = Literal["taubin", "normals", "pca"]
 _Index = Literal["embree", "grid"]
+_Backend = Literal["cpu", "cuda", "auto"]
 
 class _Funnel(TypedDict):
     samples: int
@@ -228,6 +229,7 @@ class Localizer:
         handle_min_length: float = 0.02,
         min_confidence: float | None = None,
         deadline_ms: float | None = None,
+        backend: _Backend = "cpu",
         threads: int = 0,
     ) -> None: ...
     def localize(
@@ -242,6 +244,10 @@ class Localizer:
     def samples(self) -> tuple[_Floats, npt.NDArray[np.uint8]]: ...
     @property
     def options(self) -> dict[str, Any]: ...
+    @property
+    def backend(self) -> Literal["cpu", "cuda"]: ...
+    @property
+    def backend_reason(self) -> str: ...
 
 def localize(
     points: npt.ArrayLike,
@@ -276,6 +282,7 @@ def localize(
     handle_min_length: float = 0.02,
     min_confidence: float | None = None,
     deadline_ms: float | None = None,
+    backend: _Backend = "cpu",
     threads: int = 0,
 ) -> Result: ...
 def options(
@@ -309,6 +316,7 @@ def options(
     handle_min_length: float = 0.02,
     min_confidence: float | None = None,
     deadline_ms: float | None = None,
+    backend: _Backend = "cpu",
     threads: int = 0,
 ) -> dict[str, Any]: ...
 def to_toml(
@@ -342,9 +350,19 @@ def to_toml(
     handle_min_length: float = 0.02,
     min_confidence: float | None = None,
     deadline_ms: float | None = None,
+    backend: _Backend = "cpu",
     threads: int = 0,
 ) -> str: ...
+def cuda_device() -> CudaDevice: ...
 def isa() -> Literal["scalar", "avx2", "avx512", "neon"]: ...
+
+class CudaDevice:
+    @property
+    def available(self) -> bool: ...
+    @property
+    def name(self) -> str: ...
+    @property
+    def reason(self) -> str: ...
 
 class Cloud(NamedTuple):
     points: npt.NDArray[np.float32]

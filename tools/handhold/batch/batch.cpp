@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "atomic_file.h"
+#include "backend.h"
 #include "command_line.h"
 #include "interrupt.h"
 #include "kernels.h"
@@ -208,13 +209,18 @@ int run(const Arguments& a) {
     if (a.out.empty()) throw UsageError("no folder for the results given; add -o DIR");
     options = effective_options(a.options);
     if (const char* problem = kernels::isa_error()) throw UsageError(problem);
+    // Each thread makes one of its own; this one says what is wrong with them all.
+    const Localizer localizer = make_localizer(a.options, options);
     work = batch::list_work(list_clouds(a.source, a.recursive), a.out);
     const bool first = !ranks || ranks->rank() == 0;
     for (const std::string& path : {a.csv, a.json}) {
       if (first && !path.empty()) AtomicFile::check_writable(path);
     }
-    manifest = std::make_unique<batch::Manifest>(a.out, options, a.force && first);
-    if (first) batch::remove_leftovers(work);
+    manifest = std::make_unique<batch::Manifest>(a.out, options, localizer.backend(), a.force && first);
+    if (first) {
+      batch::remove_leftovers(work);
+      note_backend(localizer);
+    }
   };
   // One process says what is wrong.
   if (!ranks) {

@@ -13,9 +13,10 @@ namespace handhold::batch {
 /// than this file and than its cloud.
 class Manifest {
  public:
-  /// Makes the folder and the file where they are missing. `force`: what is there is made again.
+  /// Makes the folder and the file where they are missing. `backend`: what searches, also where the options leave it
+  /// open. `force`: what is there is made again.
   /// @throws UsageError when the folder has results of other options, std::runtime_error when it cannot be written
-  Manifest(const std::filesystem::path& out, const Options& options, bool force);
+  Manifest(const std::filesystem::path& out, const Options& options, Backend backend, bool force);
 
   bool finished(const Work& work) const;
 

@@ -93,7 +93,7 @@ void run(const std::vector<Work>& work, const Options& options, int threads, con
         return token;
       }
       token->outcome.handles = result.handles.size(), token->outcome.affordances = result.affordances.size();
-      token->json = to_json(token->cloud.view(), options, result, nullptr);
+      token->json = to_json(token->cloud.view(), options, localizer->backend(), result, nullptr);
     } catch (const std::exception& error) {
       fail(*token, "'" + work[token->index].cloud.string() + "': " + error.what());
     }

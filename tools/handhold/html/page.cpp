@@ -169,13 +169,14 @@ std::string page_text(const Page& page) {
   }
   // A file's name need not be UTF-8.
   const std::string view = view_json(page, points).dump(-1, ' ', false, Json::error_handler_t::replace);
-  return filled_template({{"@TITLE@", for_html(page.name)},
-                          {"@RESULT@", for_script(to_json(cloud.view(), *page.options, *page.result, nullptr))},
-                          {"@VIEW@", for_script(view)},
-                          {"@POSITIONS@", base64(points.positions)},
-                          {"@COLORS@", base64(points.colors)},
-                          {"@SAMPLES@", base64(samples)},
-                          {"@STEPS@", base64(steps)}});
+  return filled_template(
+      {{"@TITLE@", for_html(page.name)},
+       {"@RESULT@", for_script(to_json(cloud.view(), *page.options, page.backend, *page.result, nullptr))},
+       {"@VIEW@", for_script(view)},
+       {"@POSITIONS@", base64(points.positions)},
+       {"@COLORS@", base64(points.colors)},
+       {"@SAMPLES@", base64(samples)},
+       {"@STEPS@", base64(steps)}});
 }
 
 void write_page(const std::string& path, const Page& page) {

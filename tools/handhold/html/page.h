@@ -44,6 +44,7 @@ struct Page {
   std::string name;  ///< of the cloud's file: the title
   const Cloud* cloud = nullptr;
   const Options* options = nullptr;
+  Backend backend = Backend::kCpu;  ///< what searched
   const Result* result = nullptr;
   std::vector<Sample> samples;
   std::optional<PagePlan> plan;

@@ -5,6 +5,7 @@
 
 #include "arm_arguments.h"
 #include "atomic_file.h"
+#include "backend.h"
 #include "cloud_input.h"
 #include "command_line.h"
 #include "handhold/localizer.h"
@@ -38,6 +39,9 @@ int run(const Arguments& a) {
   planning::add_known(a.arm, planner.obstacles());
   if (const char* problem = kernels::isa_error()) throw UsageError(problem);
   check_result_paths({a.json, a.picture, a.html}, input.path());
+  const auto more_threads = allow_threads(options.threads);
+  Localizer localizer = make_localizer(a.options, options);
+  note_backend(localizer);
 
   Cloud cloud;
   Result result;
@@ -47,8 +51,6 @@ int run(const Arguments& a) {
     Progress progress;
     progress.show("reading " + input.path());
     cloud = input.read();
-    const auto more_threads = allow_threads(options.threads);
-    Localizer localizer(options);
     progress.show("searching");
     localizer.localize(cloud.view(), result);
     const std::string failure = why_failed(input.path(), cloud.view(), options, result);
@@ -83,6 +85,7 @@ int run(const Arguments& a) {
     page.name = input.name();
     page.cloud = &cloud;
     page.options = &options;
+    page.backend = localizer.backend();
     page.result = &result;
     page.plan = planning::page_plan(chosen.arm, chosen.name, plan, T_base_camera);
     write_page(a.html, page);

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "atomic_file.h"
+#include "backend.h"
 #include "camera_arguments.h"
 #include "command_line.h"
 #include "frame_queue.h"
@@ -168,11 +169,12 @@ int run(const Arguments& a) {
   if (const char* problem = kernels::isa_error()) throw UsageError(problem);
   const double rate = a.rate.empty() ? 0 : numbers("--rate-hz", a.rate, 1e-3, 1e4, "Hz").front();
   const std::unique_ptr<FrameSource> source = stream::open_source(a.source, a.camera, rate > 0);
+  const auto more_threads = allow_threads(options.threads);
+  Localizer localizer = make_localizer(a.options, options);
   Lines lines(a.json);
+  note_backend(localizer);
 
   const Interrupt interrupt;
-  const auto more_threads = allow_threads(options.threads);
-  Localizer localizer(options);
   Tracker tracker;
   Result result;
   std::vector<Vector3> guesses;
@@ -206,6 +208,7 @@ int run(const Arguments& a) {
       handles += result.handles.size();
       if (lines.wanted()) {
         json["status"] = std::string(to_string(result.status));
+        json["backend"] = std::string(to_string(localizer.backend()));
         if (!a.no_times) {
           json["search_ms"] = ms.back();
           json["latency_ms"] = 1e3 * (seconds_since(start) - frame->time_s);

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "handhold/localizer.h"
@@ -22,7 +23,7 @@ struct FramePlace {
 /// Serves one cloud at a time. Holds the localizer and all memory, which is reused from cloud to cloud.
 class FrameSearch {
  public:
-  /// @throws OptionError
+  /// @throws OptionError, also where the backend cannot be had
   explicit FrameSearch(const Settings& settings);
 
   /// Both together are one search; apart so that each can be timed.
@@ -30,6 +31,8 @@ class FrameSearch {
   void take(const PointCloudMessage& message, const FramePlace& place);
   void search();
 
+  /// As Localizer's.
+  const std::string& backend_reason() const { return localizer_.backend_reason(); }
   /// What was found, in the frame of the cloud.
   const Result& result() const { return result_; }
   const std::vector<Track>& tracks() const { return tracker_.tracks(); }

@@ -5,6 +5,7 @@
 #include <type_traits>
 
 #include "handhold/config.h"
+#include "handhold/localizer.h"
 #include "handhold/option_text.h"
 
 namespace handhold::ros_bridge {
@@ -87,6 +88,15 @@ void make_valid(Options& options, const Options& good, const std::string& where,
   }
 }
 
+/// Whether the GPU is there turns out when a localizer is made, and no cloud should have to wait for that.
+void make_runnable(Options& options, const Options& good, const std::string& where,
+                   std::vector<std::string>& problems) {
+  if (options.backend != Backend::kCuda) return;
+  if (try_to(problems, where, [&] { Localizer localizer(options); })) return;
+  // The last good one may be the same, with options that the GPU could do.
+  options.backend = good.backend == Backend::kCuda ? Backend::kAuto : good.backend;
+}
+
 }  // namespace
 
 const std::vector<std::string>& arm_parameters() {
@@ -147,6 +157,7 @@ Settings read_settings(const Texts& parameters, const Settings& good, const std:
     if (!try_to(problems, before, take)) set_option(s.options, name, get_option(good.options, name));
   }
   make_valid(s.options, good.options, before, problems);
+  make_runnable(s.options, good.options, before, problems);
   return s;
 }
 

@@ -36,8 +36,8 @@ const std::vector<std::string>& arm_parameters();
 using ArmOptions = std::function<Options(const Texts& arm)>;
 
 /// Settings from parameters: the defaults, or those of the hand or the arm's hand, then the file `config`, then single
-/// parameters. What is wrong - an unknown name, a text that is no value, a value out of range - is described in
-/// `problems`, a line each, and stays as it is in `good`; the rest is taken.
+/// parameters. What is wrong (an unknown name, a text that is no value, a value out of range, a GPU that is not there)
+/// is described in `problems`, a line each, and stays as it is in `good`; the rest is taken.
 /// @param where  what stands before a parameter's name in messages: the node's name
 /// @param arm_options  null: this program cannot plan
 Settings read_settings(const Texts& parameters, const Settings& good, const std::string& where,

@@ -113,6 +113,9 @@ void Node::search(const Arrived& arrived) {
   const std::shared_ptr<const Settings> wanted = settings();
   if (in_use_ != wanted) {
     auto fresh = std::make_shared<FrameSearch>(*wanted);
+    if (!fresh->backend_reason().empty()) {
+      ROS_INFO("backend = auto: on the CPU: %s", fresh->backend_reason().c_str());
+    }
     const std::lock_guard<std::mutex> lock(mutex_);
     search_ = std::move(fresh);
     in_use_ = wanted;
