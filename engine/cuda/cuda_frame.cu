@@ -4,11 +4,10 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cstddef>
 #include <cstring>
 #include <numeric>
 #include <string>
-#include <tuple>
-#include <type_traits>
 
 #include <cub/block/block_scan.cuh>
 #include <cub/device/device_radix_sort.cuh>
@@ -262,6 +261,23 @@ void check(cudaError_t error, const char* what) {
   throw DeviceError(std::string("CUDA: ") + what + ": " + cudaGetErrorString(error));
 }
 
+/// The calling thread's current device is ours while this lives, and afterwards what it was.
+class OnDevice {
+ public:
+  OnDevice() {
+    check(cudaGetDevice(&before_), "the current device");
+    if (before_ != 0) check(cudaSetDevice(0), "the first device");
+  }
+  ~OnDevice() {
+    if (before_ != 0) cudaSetDevice(before_);
+  }
+  OnDevice(const OnDevice&) = delete;
+  OnDevice& operator=(const OnDevice&) = delete;
+
+ private:
+  int before_ = 0;
+};
+
 /// Memory of the device, or (pinned) of the host, that grows and is not copied when it does.
 template <class T, bool host = false>
 class Memory {
@@ -284,8 +300,6 @@ class Memory {
     return true;
   }
   T* get() const { return data_; }
-  T& operator*() const { return *data_; }
-  T* operator->() const { return data_; }
   std::size_t size() const { return size_; }
 
  private:
@@ -351,7 +365,7 @@ std::unique_ptr<DeviceFrame> make_cuda_frame() {
 
 struct CudaFrame::Impl {
   Impl() {
-    check(cudaSetDevice(0), "the first device");
+    const OnDevice on;
     check(cudaStreamCreateWithFlags(&stream, cudaStreamNonBlocking), "a stream");
     for (cudaEvent_t& e : event) check(cudaEventCreate(&e), "an event");
     int multiprocessors = 0, blocks = 0;
@@ -654,6 +668,7 @@ CudaFrame::CudaFrame() : impl_(std::make_unique<Impl>()) {}
 CudaFrame::~CudaFrame() = default;
 
 void CudaFrame::take(const CloudView& cloud, const RobustBounds& bounds) {
+  const OnDevice on;
   Impl& m = *impl_;
   m.finish();
   m.make_room(1);  // the counts are part of it
@@ -686,6 +701,7 @@ void CudaFrame::take(const CloudView& cloud, const RobustBounds& bounds) {
 }
 
 void CudaFrame::draw(const kernels::FrameQuery* rounds, std::uint32_t n) {
+  const OnDevice on;
   Impl& m = *impl_;
   m.begin(rounds, n);
   m.last_parts = Impl::kCloud | Impl::kDraw;
@@ -694,6 +710,7 @@ void CudaFrame::draw(const kernels::FrameQuery* rounds, std::uint32_t n) {
 }
 
 void CudaFrame::look(const kernels::FrameQuery& q, const float* xyz) {
+  const OnDevice on;
   Impl& m = *impl_;
   m.begin(&q, 1);
   if (m.cloud_waits) m.launch(Impl::kCloud);
@@ -704,6 +721,7 @@ void CudaFrame::look(const kernels::FrameQuery& q, const float* xyz) {
 }
 
 DeviceFrame::Found CudaFrame::wait() {
+  const OnDevice on;
   Impl& m = *impl_;
   m.finish();
   const auto* head = reinterpret_cast<const ReportHead*>(m.returned.get());
@@ -731,6 +749,7 @@ DeviceFrame::Found CudaFrame::wait() {
 }
 
 void CudaFrame::positions(float* xyz) {
+  const OnDevice on;
   const std::size_t bytes = 3 * sizeof(float) * static_cast<std::size_t>(impl_->samples());
   check(cudaMemcpy(xyz, impl_->view.position, bytes, cudaMemcpyDeviceToHost), "the samples' places");
 }
@@ -771,6 +790,7 @@ const char* CudaFrame::name(Stage stage) {
 }
 
 float CudaFrame::time(Stage stage) {
+  const OnDevice on;
   Impl& m = *impl_;
   m.finish();
   // The counts that the stage starts from, as the last frame left them.
@@ -834,6 +854,7 @@ float CudaFrame::time(Stage stage) {
 }
 
 float CudaFrame::time_frame(bool upload) {
+  const OnDevice on;
   Impl& m = *impl_;
   m.finish();
   hold(m.stream);
