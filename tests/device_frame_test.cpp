@@ -149,8 +149,7 @@ TEST_P(DeviceFrameTest, EveryShapeOfCloudGivesTheCpusResult) {
   blind.viewpoint = Vector3{0.5, -2, 1};
   same("another viewpoint", blind);
 
-  FloatPoints padded;  // 16 bytes a point, as PCL has them
-  std::vector<float> sixteen;
+  std::vector<float> sixteen;  // bytes a point, as PCL has them
   for (const auto& p : odd) sixteen.insert(sixteen.end(), {p[0], p[1], p[2], 1.0f});
   CloudView of_pcl = view_of(odd, 93);
   of_pcl.data = sixteen.data(), of_pcl.point_step = 16;
