@@ -154,6 +154,15 @@ TEST_P(DeviceFrameTest, EveryShapeOfCloudGivesTheCpusResult) {
   CloudView of_pcl = view_of(odd, 93);
   of_pcl.data = sixteen.data(), of_pcl.point_step = 16;
   same("16 bytes a point", of_pcl);
+  {
+    // A GPU reads these where they are.
+    const PinnedMemory packed(odd.front().data(), odd.size() * sizeof odd.front());
+    const PinnedMemory padded(sixteen.data(), sixteen.size() * sizeof(float));
+    EXPECT_EQ(packed.pinned() && padded.pinned(), cuda_device().available);
+    same("pinned", view_of(odd, 93));
+    same("pinned, unorganized", view_of(odd));
+    same("pinned, 16 bytes a point", of_pcl);
+  }
   std::vector<float> forty_eight;
   for (const auto& p : odd) {
     forty_eight.insert(forty_eight.end(), {p[0], p[1], p[2]});

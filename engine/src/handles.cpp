@@ -195,15 +195,15 @@ void HandleSearch::run(const std::vector<Affordance>& affordances, Spares<Handle
     taken_.assign(n, 0);
     for (std::uint32_t i = 0; i < n; ++i) taken_[i] = first_same_[i] != i;
     spent_.assign(n, 0);
+    // Most aligned first; of equally many the first.
     order_.resize(n);
-    for (std::uint32_t i = 0; i < n; ++i) order_[i] = i;
-    std::sort(order_.begin(), order_.end(), [this](std::uint32_t a, std::uint32_t b) {
-      return aligned_[a] != aligned_[b] ? aligned_[a] > aligned_[b] : a < b;
-    });
+    for (std::uint32_t i = 0; i < n; ++i) order_[i] = std::uint64_t{~aligned_[i]} << 32 | i;
+    std::sort(order_.begin(), order_.end());
     bits_.resize(static_cast<std::size_t>(padded_ + 31) / 32);
   }
   const auto least = static_cast<std::size_t>(options_->handle_min_affordances);
-  for (const std::uint32_t seed : order_) {
+  for (const std::uint64_t key : order_) {
+    const auto seed = static_cast<std::uint32_t>(key);
     if (taken_[seed] || spent_[seed] || aligned_[seed] < least) continue;
     row(seed, bits_.data());
     members_.clear();
@@ -248,11 +248,12 @@ void HandleSearch::run(const std::vector<Affordance>& affordances, Spares<Handle
     // What else lies on this part, a little askew or of another radius, is no second handle.
     for (std::uint32_t i = 0; i < n; ++i) {
       if (taken_[i]) continue;
-      const Vector3 d = affordances[i].center - line.point;
+      const Vector3 d = Vector3{columns_[0][i], columns_[1][i], columns_[2][i]} - line.point;
       const double t = dot(d, line.axis);
-      const bool on_part = t >= low - options_->handle_gap && t <= high + options_->handle_gap &&
-                           norm(d - t * line.axis) <= std::max(line.radius, options_->align_offset);
-      if (on_part && std::fabs(dot(affordances[i].axis, line.axis)) >= 0.7) {
+      if (t < low - options_->handle_gap || t > high + options_->handle_gap) continue;
+      const double along =
+          columns_[3][i] * line.axis[0] + columns_[4][i] * line.axis[1] + columns_[5][i] * line.axis[2];
+      if (norm(d - t * line.axis) <= std::max(line.radius, options_->align_offset) && std::fabs(along) >= 0.7) {
         taken_[i] = 1;
         fate[i] = good ? kInHandle : kLowConfidence;
       }

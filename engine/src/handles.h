@@ -47,7 +47,7 @@ class HandleSearch {
   std::vector<double> columns_[7];      ///< of all affordances: center x y z (m), axis x y z, radius (m)
   std::vector<double> far_;             ///< not above 0: of the part of the line in question
   std::vector<std::uint32_t> aligned_;  ///< number of affordances aligned with each
-  std::vector<std::uint32_t> order_;
+  std::vector<std::uint64_t> order_;  ///< affordances, and before them the complement of how many each is aligned with
   std::vector<std::uint32_t> first_same_;  ///< the first affordance of the same place and axis
   std::vector<std::uint32_t> bits_;
   std::vector<std::uint32_t> members_;
